@@ -1,0 +1,82 @@
+/// \file
+/// The flow of one arc: initial state → end state, with exact sensitivities in the directions asked for.
+///
+/// The sensitivities are solutions of the variational equations s' = f_z s + f_p σ, integrated together with the state under
+/// error control of their own by CVODES (Hindmarsh et al., ACM TOMS 31 (2005) 363–396; Serban & Hindmarsh, 2005).
+#pragma once
+
+#include <costate/field.hpp>
+#include <costate/trajectory.hpp>
+
+#include <memory>
+
+namespace costate {
+
+/// Error control of an integration: the local error per step in component i is kept below relative·|zᵢ| + absolute.
+struct Tolerance {
+  double relative = 1e-10;
+  double absolute = 1e-12;
+};
+
+/// Linear multistep method: Adams–Moulton, orders 1–12 with fixed-point iteration (non-stiff), or BDF, orders 1–5 with
+/// Newton's method and the exact Jacobian (stiff).
+enum class Method { adams, bdf };
+
+struct FlowOptions {
+  Tolerance tolerance;
+  Method method = Method::adams;
+  long max_steps = 20000;  ///< per arc; exceeding it is LeftDomain
+};
+
+/// What integrations have cost.
+struct Statistics {
+  long integrations = 0;
+  long steps = 0;
+  long rhs_evaluations = 0;          ///< of f
+  long sensitivity_evaluations = 0;  ///< of all directions at once
+  long error_test_failures = 0;
+  Statistics& operator+=(const Statistics& other);
+};
+
+/// Where an arc ends.
+struct FlowEnd {
+  Eigen::VectorXd state;                    ///< z₁ (n)
+  Eigen::VectorXd quadrature;               ///< w₁ − w₀ (k)
+  Eigen::MatrixXd state_directions;         ///< ∂z₁ in the given directions (n × d)
+  Eigen::MatrixXd quadrature_directions;    ///< ∂(w₁ − w₀) in the given directions (k × d)
+  Eigen::VectorXd state_rate;               ///< f(t₁, z₁) = ∂z₁/∂t₁
+  Eigen::VectorXd quadrature_rate;          ///< q(t₁, z₁)
+};
+
+/// Integrates one Field over and over. Memory is allocated at the first use of a number of directions and reused after.
+class Flow {
+ public:
+  /// The field must outlive the flow.
+  explicit Flow(const Field& field, FlowOptions options = {});
+  ~Flow();
+  Flow(Flow&&) noexcept;
+  Flow& operator=(Flow&&) noexcept;
+
+  void set_options(const FlowOptions& options) { options_ = options; }
+  [[nodiscard]] const FlowOptions& options() const { return options_; }
+  [[nodiscard]] const Field& field() const { return *field_; }
+  [[nodiscard]] const Statistics& statistics() const { return statistics_; }
+
+  /// From z(t0) = z0 to t1 (which may lie before t0), quadratures from 0. The reference is valid until the next call.
+  /// \throws LeftDomain if the solution cannot be continued to t1; the message names the time reached.
+  const FlowEnd& run(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& p, const Directions& directions);
+  /// The same without sensitivities, keeping dense output; w starts at w0.
+  Trajectory record(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& w0, const Eigen::VectorXd& p);
+
+ private:
+  class Integrator;
+  Integrator& integrator(Eigen::Index directions);
+
+  const Field* field_;
+  FlowOptions options_;
+  Statistics statistics_;
+  FlowEnd end_;
+  std::vector<std::unique_ptr<Integrator>> integrators_;
+};
+
+}  // namespace costate

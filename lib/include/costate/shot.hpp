@@ -1,0 +1,91 @@
+/// \file
+/// One evaluation of a shooting function: unknowns and parameters in, arcs integrated, rows and reports out.
+#pragma once
+
+#include <costate/flow.hpp>
+#include <costate/jet.hpp>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace costate {
+
+/// What an arc starts from. State, quadratures and constants are jets: only the columns that really move them cost
+/// sensitivities. Time runs from t0 to t1, backward if t1 < t0.
+struct ArcStart {
+  int arc = 0;               ///< place of the arc in the problem's sequence
+  const Field* field = nullptr;
+  Jet t0{}, t1{};
+  double clock = 0.0;        ///< the problem's time at the integration variable's 0
+  std::vector<Jet> state{};       ///< z₀ (n)
+  std::vector<Jet> quadrature{};  ///< w₀ (k)
+  std::vector<Jet> parameter{};   ///< p (m)
+};
+
+struct ArcEnd {
+  std::vector<Jet> state;
+  std::vector<Jet> quadrature;
+};
+
+/// The numbers of an integrated arc, enough to integrate it again.
+struct ArcRecord {
+  int arc = 0;
+  const Field* field = nullptr;
+  double t0 = 0.0, t1 = 0.0, clock = 0.0;
+  Eigen::VectorXd state, quadrature, parameter;
+  std::vector<double> constants;  ///< the problem's constants of motion, as given to Shot::complete
+};
+
+/// A quantity a problem reports besides its unknowns: final time, switching times, …
+struct Report {
+  std::string name;
+  std::string unit;
+  Jet value;
+};
+
+/// Integrators by field; shared by all shots of one problem so that memory is allocated once.
+class FlowCache {
+ public:
+  void set_options(const FlowOptions& options);
+  [[nodiscard]] const FlowOptions& options() const { return options_; }
+  Flow& operator[](const Field& field);
+  [[nodiscard]] Statistics statistics() const;
+
+ private:
+  FlowOptions options_;
+  std::map<const Field*, Flow> flows_;
+};
+
+/// Handed to a problem's shooting function.
+class Shot {
+ public:
+  Shot(FlowCache& flows, std::vector<Jet> unknowns, std::vector<Jet> parameters, std::size_t rows)
+      : flows_(&flows), unknowns_(std::move(unknowns)), parameters_(std::move(parameters)), rows_(rows) {}
+
+  [[nodiscard]] const Jet& unknown(std::size_t i) const { return unknowns_.at(i); }
+  [[nodiscard]] const Jet& parameter(std::size_t i) const { return parameters_.at(i); }
+
+  /// Integrates one arc. \throws LeftDomain naming the arc.
+  ArcEnd arc(const ArcStart& start);
+  void row(std::size_t i, const Jet& value) { rows_.at(i) = value; }
+  void report(std::string name, std::string unit, const Jet& value) {
+    reports_.push_back({std::move(name), std::move(unit), value});
+  }
+
+  /// Called last where arcs were integrated outward from an inner point: `origin` is added to every recorded quadrature, and
+  /// the problem's constants of motion are kept with every arc for those who observe it.
+  void complete(const std::vector<double>& origin, const std::vector<double>& constants);
+
+  [[nodiscard]] const std::vector<Jet>& rows() const { return rows_; }
+  [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
+  [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
+
+ private:
+  FlowCache* flows_;
+  std::vector<Jet> unknowns_, parameters_, rows_;
+  std::vector<Report> reports_;
+  std::vector<ArcRecord> arcs_;
+};
+
+}  // namespace costate

@@ -1,0 +1,138 @@
+#include "sundials.hpp"
+
+#include <costate/nonlinear.hpp>
+
+namespace costate {
+
+using sundials::check;
+using sundials::owned;
+using sundials::view;
+
+const char* describe(Termination termination) {
+  switch (termination) {
+    case Termination::converged: return "converged";
+    case Termination::small_step: return "the Newton step became too small to go on";
+    case Termination::stalled: return "the line search found no decrease of the residual";
+    case Termination::iteration_limit: return "the limit of Newton iterations was reached";
+    case Termination::step_limit: return "five steps in a row had the maximum length: the iteration diverges";
+    case Termination::left_domain: return "the iterate ran into the border of the model's domain";
+    case Termination::singular_jacobian: return "the Jacobian is singular";
+  }
+  return "unknown";
+}
+
+struct Kinsol::Memory {
+  explicit Memory(Eigen::Index n)
+      : context(sundials::make_context()),
+        y(owned(N_VNew_Serial(n, context.get()), "N_VNew_Serial")),
+        y_weight(owned(N_VClone(y.get()), "N_VClone")),
+        r_weight(owned(N_VClone(y.get()), "N_VClone")),
+        matrix(owned(SUNDenseMatrix(n, n, context.get()), "SUNDenseMatrix")),
+        linear(owned(SUNLinSol_Dense(y.get(), matrix.get(), context.get()), "SUNLinSol_Dense")),
+        residual(n),
+        jacobian(n, n) {
+    kinsol = KINCreate(context.get());
+    if (kinsol == nullptr) throw InternalError("KINCreate returned no object");
+    check(KINSetErrHandlerFn(kinsol, sundials::keep_message, &message), "KINSetErrHandlerFn");
+    check(KINInit(kinsol, evaluate, y.get()), "KINInit");
+    check(KINSetUserData(kinsol, this), "KINSetUserData");
+    check(KINSetLinearSolver(kinsol, linear.get(), matrix.get()), "KINSetLinearSolver");
+    check(KINSetJacFn(kinsol, differentiate), "KINSetJacFn");
+    check(KINSetMaxSetupCalls(kinsol, 1), "KINSetMaxSetupCalls");  // the default re-uses a Jacobian for ten steps
+  }
+  Memory(const Memory&) = delete;
+  Memory& operator=(const Memory&) = delete;
+  ~Memory() { KINFree(&kinsol); }
+
+  static int evaluate(N_Vector y, N_Vector r, void* data) {
+    Memory& m = *static_cast<Memory*>(data);
+    const int flag = m.gate.guarded([&] {
+      m.point = view(y);
+      m.system->residual(m.point, m.residual);
+      view(r) = m.residual;
+      return m.residual.allFinite();
+    });
+    // KINSOL shortens the step, but some of its paths still read the residual: leave one that no search accepts.
+    if (flag > 0) view(r).setConstant(1e100);
+    return flag;
+  }
+  static int differentiate(N_Vector y, N_Vector, SUNMatrix j, void* data, N_Vector, N_Vector) {
+    Memory& m = *static_cast<Memory*>(data);
+    return m.gate.guarded([&] {
+      m.point = view(y);
+      m.system->jacobian(m.point, m.jacobian);
+      Eigen::Map<Eigen::MatrixXd>(SUNDenseMatrix_Data(j), m.jacobian.rows(), m.jacobian.cols()) = m.jacobian;
+      return m.jacobian.allFinite();
+    });
+  }
+
+  sundials::ExceptionGate gate;
+  sundials::Context context;
+  sundials::Vector y, y_weight, r_weight;
+  sundials::Matrix matrix;
+  sundials::LinearSolver linear;
+  void* kinsol = nullptr;
+  std::string message;
+  NonlinearSystem* system = nullptr;
+  Eigen::VectorXd point, residual;
+  Eigen::MatrixXd jacobian;
+};
+
+Kinsol::Kinsol(Eigen::Index size) : memory_(std::make_unique<Memory>(size)) {}
+Kinsol::~Kinsol() = default;
+Kinsol::Kinsol(Kinsol&&) noexcept = default;
+Kinsol& Kinsol::operator=(Kinsol&&) noexcept = default;
+
+namespace {
+
+Termination termination(int flag) {
+  switch (flag) {
+    case KIN_SUCCESS:
+    case KIN_INITIAL_GUESS_OK: return Termination::converged;
+    case KIN_STEP_LT_STPTOL: return Termination::small_step;
+    case KIN_LINESEARCH_NONCONV:
+    case KIN_LINESEARCH_BCFAIL: return Termination::stalled;
+    case KIN_MAXITER_REACHED: return Termination::iteration_limit;
+    case KIN_MXNEWT_5X_EXCEEDED: return Termination::step_limit;
+    case KIN_SYSFUNC_FAIL:
+    case KIN_FIRST_SYSFUNC_ERR:
+    case KIN_REPTD_SYSFUNC_ERR: return Termination::left_domain;
+    case KIN_LSETUP_FAIL:
+    case KIN_LSOLVE_FAIL:
+    case KIN_LINSOLV_NO_RECOVERY: return Termination::singular_jacobian;
+    default: throw InternalError(fmt::format("KINSol failed with flag {}", flag));
+  }
+}
+
+}  // namespace
+
+NewtonResult Kinsol::solve(NonlinearSystem& system, Eigen::VectorXd& y, const Eigen::VectorXd& unknown_scale,
+                           const Eigen::VectorXd& row_scale, const NewtonOptions& options) {
+  Memory& m = *memory_;
+  m.system = &system;
+  m.gate.clear();
+  view(m.y.get()) = y;
+  view(m.y_weight.get()) = unknown_scale.cwiseInverse();
+  view(m.r_weight.get()) = row_scale.cwiseInverse();
+  // Set at every solve: KINSOL derives the default maximum step from the first guess it ever saw.
+  check(KINSetMaxNewtonStep(m.kinsol, options.max_step), "KINSetMaxNewtonStep");
+  check(KINSetFuncNormTol(m.kinsol, options.residual_tolerance), "KINSetFuncNormTol");
+  check(KINSetScaledStepTol(m.kinsol, options.step_tolerance), "KINSetScaledStepTol");
+  check(KINSetNumMaxIters(m.kinsol, options.max_iterations), "KINSetNumMaxIters");
+
+  const int flag = KINSol(m.kinsol, m.y.get(), options.line_search ? KIN_LINESEARCH : KIN_NONE, m.y_weight.get(),
+                          m.r_weight.get());
+  m.gate.rethrow();
+  NewtonResult result;
+  result.termination = termination(flag);
+  y = view(m.y.get());
+  long iterations = 0;
+  check(KINGetNumNonlinSolvIters(m.kinsol, &iterations), "KINGetNumNonlinSolvIters");
+  check(KINGetNumFuncEvals(m.kinsol, &result.residual_evaluations), "KINGetNumFuncEvals");
+  check(KINGetFuncNorm(m.kinsol, &result.residual_norm), "KINGetFuncNorm");
+  result.iterations = static_cast<int>(iterations);
+  result.message = m.gate.reason();
+  return result;
+}
+
+}  // namespace costate

@@ -1,0 +1,136 @@
+/// \file
+/// The rolling disk: a homogeneous disk that rolls on a plane without slipping, kept upright, brought from one direction and
+/// place to another in minimum time by forces that do no work (Obradović, Šalinić & Radulović, Theor. Appl. Mech. 44 (2017)
+/// 237–254, here [O]).
+///
+/// States: contact point x, y; heading φ; speed V along the heading; turning rate Ω = φ'. The kinetic energy is constant,
+/// V² + r²Ω²/6 = c₁². The friction that rolling needs is V'² + V²Ω² ≤ (k g)² per unit mass, [O] (4.1).
+///
+/// Everything depends on x/L, y/L, φ and κ = k g L/c₁² only, with L = r/√6 and time T = L/c₁. All fields here are in those
+/// units: V² + Ω² = 1, and H = −1 + λ·f is maximised.
+#pragma once
+
+#include <costate/pontryagin.hpp>
+#include <costate/problem.hpp>
+
+#include <numbers>
+#include <optional>
+
+namespace costate::disk {
+
+/// A scene, in SI units. The defaults are the case of [O].
+struct Scene {
+  double x = 1.0;                               ///< end point x_f, m
+  double y = 1.0;                               ///< end point y_f, m
+  double heading = std::numbers::pi / 2;        ///< end heading φ_f, rad, counted through every turn; > 0 left, < 0 right
+  double radius = 2.449489742783178;            ///< r, m; √6 in [O], so that L = 1
+  double speed = 1.0;                           ///< c₁, m/s: the speed of a disk that goes straight
+  double gravity = 9.80665;                     ///< g, m/s²
+  std::optional<double> friction = std::nullopt;  ///< coefficient k_f; none: unlimited
+};
+
+/// Free disk: the friction limit does not bind, so the pair (V, Ω) on the unit circle is the control.
+struct FreeRolling {
+  static constexpr int states = 3, cyclic = 2, controls = 2, parameters = 0;
+  template <class S>
+  Vec<S, 3> dynamics(const Vec<S, 3>& q, const Vec<S, 2>& u, const Vec<S, 0>&) const {
+    const auto& [x, y, phi] = q;
+    const auto& [V, Omega] = u;
+    return {V * cos(phi), V * sin(phi), Omega};
+  }
+};
+
+/// The speeds that maximise H: (V, Ω) along (A, λφ), A = λx cos φ + λy sin φ, [O] (3.20).
+struct FastestRolling {
+  template <class S>
+  Vec<S, 2> control(const Vec<S, 3>& q, const Vec<S, 3>& costate, const Vec<S, 0>&) const {
+    const auto& [lambda_x, lambda_y, lambda_phi] = costate;
+    const S A = lambda_x * cos(q[2]) + lambda_y * sin(q[2]);
+    const S norm = sqrt(A * A + lambda_phi * lambda_phi);
+    return {A / norm, lambda_phi / norm};
+  }
+};
+
+/// Disk whose speed V is a state and V' the control; parameter κ.
+struct LimitedRolling {
+  static constexpr int states = 4, cyclic = 2, controls = 1, parameters = 1;
+  template <class S>
+  Vec<S, 4> dynamics(const Vec<S, 4>& q, const Vec<S, 1>& u, const Vec<S, 1>&) const {
+    const auto& [x, y, phi, V] = q;
+    return {V * cos(phi), V * sin(phi), sqrt(1.0 - V * V), u[0]};
+  }
+};
+
+/// Friction at its limit: V' = ±√(κ² − V²Ω²), [O] (4.10).
+struct LimitingFriction {
+  double sign = 1.0;
+  template <class S>
+  Vec<S, 1> control(const Vec<S, 4>& q, const Vec<S, 4>&, const Vec<S, 1>& p) const {
+    const S V2 = q[3] * q[3];
+    return {sign * sqrt(p[0] * p[0] - V2 * (1.0 - V2))};
+  }
+  /// V'² + V²Ω² − κ² = 0 along the arc.
+  template <class S>
+  S constraint(const Vec<S, 4>& q, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
+    const S V2 = q[3] * q[3];
+    return u[0] * u[0] + V2 * (1.0 - V2) - p[0] * p[0];
+  }
+};
+
+/// The free arc as it is integrated: z = (φ, λφ), p = (λx, λy), w = (x, y). A pendulum in 2φ.
+using FreeArc = Pontryagin<FreeRolling, FastestRolling>;
+
+/// The saturated arc as it is integrated: z = (φ, V, V'), w = (x, y). The constraint, differentiated once, is Duffing's equation
+/// V'' = 2V³ − V; unlike V' = ±√(κ² − V²Ω²) it passes through a turning point of V. The costates are algebraic: λx, λy are
+/// constant and λφ − λx y + λy x is.
+struct SaturatedArc {
+  static constexpr int states = 3, parameters = 0, quadratures = 2;
+  template <class S>
+  Rates<S, 3, 2> rates(const S&, const Vec<S, 3>& z, const Vec<S, 0>&) const {
+    const auto& [phi, V, acceleration] = z;
+    return {{sqrt(1.0 - V * V), acceleration, V * (2.0 * V * V - 1.0)}, {V * cos(phi), V * sin(phi)}};
+  }
+};
+
+/// The boundary arc: V² = V±² = ½(1 ± √(1 − 4κ²)) is constant; z = φ, p = V, w = (x, y).
+struct BoundaryArc {
+  static constexpr int states = 1, parameters = 1, quadratures = 2;
+  template <class S>
+  Rates<S, 1, 2> rates(const S&, const Vec<S, 1>& z, const Vec<S, 1>& p) const {
+    const S& V = p[0];
+    return {{sqrt(1.0 - V * V)}, {V * cos(z[0]), V * sin(z[0])}};
+  }
+};
+
+enum class ArcKind { free, saturated, boundary };
+
+/// One arc of a structure. The sign is that of V' on a saturated arc; other kinds have none.
+struct ArcType {
+  ArcKind kind = ArcKind::free;
+  double sign = 0.0;
+  bool operator==(const ArcType&) const = default;
+};
+using Structure = std::vector<ArcType>;
+
+/// Parameters of the problem, by place. `friction` is present only in problems with more than a free arc.
+enum ScenePlace : std::size_t { x_place, y_place, heading_place, radius_place, speed_place, gravity_place, friction_place };
+
+/// The shooting problem of a scene for a given structure.
+///
+/// Arcs are integrated outward from an anchor: the first free arc if there is one (its start φ₁ is an unknown unless the
+/// problem starts there), else the first boundary arc, else the junction between the first two saturated arcs. Started in the
+/// middle the system stays well conditioned where the forward one of [O] (4.33)–(4.38) does not. Unknowns: φ₁, λx, λy, what
+/// the anchor needs besides, and the durations; in units of L, T and c₁.
+///
+/// A saturated arc that starts from the anchor has S = λ_V V' = 1 − A V − λφ Ω = 0 there, and must have it at its far end. That row is
+/// divided by the square of the duration (by the duration, if the arc began at a switch of V'), which removes the root of
+/// vanishing duration that the equations of [O] have for every k_f.
+///
+/// Reports: final_time, t1, t2, …, lambda_x, lambda_y, lambda_phi0, V0, Omega0.
+/// \throws BadInput if the structure cannot be (empty, two neighbouring free arcs, a boundary arc at a free one).
+[[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure);
+
+/// Parameter values of a scene, as the problem orders them.
+[[nodiscard]] std::vector<double> parameters(const Scene& scene, bool with_friction);
+
+}  // namespace costate::disk

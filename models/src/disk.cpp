@@ -1,0 +1,384 @@
+#include <costate/error.hpp>
+#include <costate/models/disk.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate::disk {
+
+namespace {
+
+const char* name_of(ArcKind kind) {
+  switch (kind) {
+    case ArcKind::free: return "free";
+    case ArcKind::saturated: return "saturated";
+    case ArcKind::boundary: return "boundary";
+  }
+  return "";
+}
+
+/// The scene in units of L = r/√6 and T = L/c₁, mirrored so that the disk turns left.
+template <class S>
+struct Scaled {
+  S length, time, speed, x, y, heading, friction;
+  double side;  ///< +1 turning left, −1 mirrored
+
+  template <class Get>
+  Scaled(const Get& get, bool limited) {
+    length = get(radius_place) / std::sqrt(6.0);
+    speed = get(speed_place);
+    time = length / speed;
+    side = primal(get(heading_place)) < 0.0 ? -1.0 : 1.0;
+    x = get(x_place) / length;
+    y = get(y_place) * side / length;
+    heading = get(heading_place) * side;
+    friction = limited ? get(friction_place) * get(gravity_place) * length / (speed * speed)
+                       : S(std::numeric_limits<double>::infinity());
+  }
+};
+
+/// A point of the chain of arcs, positions relative to the anchor.
+struct ChainPoint {
+  Jet time, phi, V, lambda_phi, x, y;
+};
+
+/// Everything known at a point of an arc, scaled.
+struct Observed {
+  double phi, V, Omega, acceleration, lambda_phi, switching;
+};
+
+class DiskProblem final : public Problem {
+ public:
+  DiskProblem(const Scene& scene, Structure arcs) : arcs_(std::move(arcs)) {
+    limited_ = arcs_.size() > 1 || (arcs_.size() == 1 && arcs_[0].kind != ArcKind::free);
+    choose_anchor();
+    name_everything(scene);
+  }
+
+  void shoot(Shot& shot) const override {
+    const Scaled<Jet> scene([&](std::size_t i) { return shot.parameter(i); }, limited_);
+    std::size_t next_row = 0;
+    const Anchor anchor = start_anchor(shot, scene);
+
+    ChainPoint right = anchor.point;
+    for (std::size_t i = first_forward_; i < arcs_.size(); ++i) advance(shot, scene, anchor, i, +1, right, next_row);
+    ChainPoint left = anchor.point;
+    for (std::size_t i = first_forward_; i-- > 0;) advance(shot, scene, anchor, i, -1, left, next_row);
+
+    if (starts_inside()) shot.row(next_row++, left.phi);
+    shot.row(next_row++, right.phi - scene.heading);
+    shot.row(next_row++, right.x - left.x - scene.x);
+    shot.row(next_row++, right.y - left.y - scene.y);
+    report(shot, scene, anchor, left, right);
+  }
+
+  [[nodiscard]] std::vector<Column> columns() const override {
+    return {{"x", "m"},         {"y", "m"},         {"phi", "rad"},        {"V", "m/s"},
+            {"Omega", "rad/s"}, {"lambda_x", "s/m"}, {"lambda_y", "s/m"},  {"lambda_phi", "s/rad"},
+            {"lambda_V", "s^2/m"}, {"V_dot", "m/s^2"}, {"friction", "1"}, {"multiplier", "s^4/m^2"}};
+  }
+
+  [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& p) const override {
+    const Scaled<double> scene([&](std::size_t i) { return p[i]; }, limited_);
+    const Observed at = observed(point);
+    const double L = scene.length, T = scene.time, c = scene.speed, side = scene.side;
+    const double coefficient = std::hypot(at.acceleration, at.V * at.Omega) * c / (T * p[gravity_place]);
+    // λ_V vanishes on a free arc; on a boundary arc, where V' = 0, it is not determined and is given as 0.
+    const bool saturated = arcs_[static_cast<std::size_t>(point.record->arc)].kind == ArcKind::saturated;
+    const double lambda_V = saturated && at.acceleration != 0.0 ? at.switching / at.acceleration : 0.0;
+    const double multiplier = saturated && at.acceleration != 0.0 ? -lambda_V / (2.0 * at.acceleration) : 0.0;
+    return {L * point.quadrature[0],
+            side * L * point.quadrature[1],
+            side * at.phi,
+            c * at.V,
+            side * at.Omega / T,
+            point.record->constants[0] / c,
+            side * point.record->constants[1] / c,
+            side * T * at.lambda_phi,
+            T / c * lambda_V,
+            c / T * at.acceleration,
+            coefficient,
+            T * T / (c * c) * multiplier};
+  }
+
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>& p) const override {
+    const Scaled<double> scene([&](std::size_t i) { return p[i]; }, limited_);
+    const Observed at = observed(point);
+    const double used = std::hypot(at.acceleration, at.V * at.Omega);
+    std::vector<PathCheck> checks;
+    switch (arcs_[static_cast<std::size_t>(point.record->arc)].kind) {
+      case ArcKind::free:
+        checks.push_back({"Hamiltonian on a free arc", PathCheck::Kind::zero, -at.switching});
+        if (limited_) {
+          checks.push_back({"friction left on a free arc", PathCheck::Kind::nonnegative, scene.friction - used});
+        }
+        break;
+      case ArcKind::saturated:
+        checks.push_back({"switching function S on a saturated arc", PathCheck::Kind::nonnegative, at.switching});
+        checks.push_back({"friction beyond its limit on a saturated arc", PathCheck::Kind::zero, used - scene.friction});
+        break;
+      case ArcKind::boundary:
+        checks.push_back({"friction beyond its limit on a boundary arc", PathCheck::Kind::zero, used - scene.friction});
+        break;
+    }
+    return checks;
+  }
+
+ private:
+  struct Anchor {
+    Jet lambda_x, lambda_y;
+    ChainPoint point;
+  };
+
+  [[nodiscard]] ArcKind kind(std::size_t i) const { return arcs_[i].kind; }
+  [[nodiscard]] bool anchored_at_switch() const { return anchor_kind_ == ArcKind::saturated; }
+  /// Is the anchor anywhere but at the very start?
+  [[nodiscard]] bool starts_inside() const { return first_forward_ > 0 || anchor_kind_ != ArcKind::free; }
+
+  void choose_anchor() {
+    if (arcs_.empty()) throw BadInput("the arc structure is empty: at least one arc is needed");
+    for (std::size_t i = 0; i + 1 < arcs_.size(); ++i) {
+      const bool saturated = kind(i) == ArcKind::saturated || kind(i + 1) == ArcKind::saturated;
+      if (!saturated) {
+        throw BadInput(fmt::format("arcs {} and {} of the structure are {} and {}: one of two neighbours must be saturated",
+                                   i + 1, i + 2, name_of(kind(i)), name_of(kind(i + 1))));
+      }
+    }
+    for (const ArcKind wanted : {ArcKind::free, ArcKind::boundary}) {
+      const auto found = std::find_if(arcs_.begin(), arcs_.end(), [&](const ArcType& a) { return a.kind == wanted; });
+      if (found == arcs_.end()) continue;
+      anchor_kind_ = wanted;
+      first_forward_ = static_cast<std::size_t>(found - arcs_.begin());
+      return;
+    }
+    if (arcs_.size() < 2) throw BadInput("a single saturated arc cannot be anchored: it needs a neighbour");
+    anchor_kind_ = ArcKind::saturated;
+    first_forward_ = 1;
+  }
+
+  /// Rows in the order in which shoot() meets them; unknowns in the order in which it reads them.
+  void name_everything(const Scene& scene) {
+    if (starts_inside()) unknowns_.push_back({"anchor_heading"});
+    if (anchor_kind_ == ArcKind::free) {
+      unknowns_.push_back({"speed_angle"});
+    } else {
+      if (anchored_at_switch()) unknowns_.push_back({.name = "anchor_speed", .lower = 0.0, .upper = 1.0});
+      unknowns_.push_back({"lambda_along"});
+    }
+    unknowns_.push_back({"lambda_across"});
+    for (std::size_t i = 0; i < arcs_.size(); ++i) {
+      unknowns_.push_back({.name = fmt::format("duration_{}", i + 1), .lower = 0.0});
+      structure_.emplace_back(name_of(kind(i)));
+    }
+    for (std::size_t i = first_forward_; i < arcs_.size(); ++i) name_far_rows(i, +1);
+    for (std::size_t i = first_forward_; i-- > 0;) name_far_rows(i, -1);
+    if (starts_inside()) rows_.push_back({"start heading"});
+    for (const char* name : {"end heading", "end x", "end y"}) rows_.push_back({name});
+
+    const std::vector<double> values = disk::parameters(scene, limited_);
+    const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},        {"y", "m"},           {"heading", "rad"},
+                                                                 {"radius", "m"},   {"speed", "m/s"},     {"gravity", "m/s^2"},
+                                                                 {"friction", "1"}};
+    for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
+  }
+
+  /// The arc after `i` in the given direction, if any.
+  [[nodiscard]] std::optional<ArcKind> beyond(std::size_t i, int direction) const {
+    if (direction > 0) return i + 1 < arcs_.size() ? std::optional(kind(i + 1)) : std::nullopt;
+    return i > 0 ? std::optional(kind(i - 1)) : std::nullopt;
+  }
+  [[nodiscard]] std::optional<ArcKind> before(std::size_t i, int direction) const { return beyond(i, -direction); }
+
+  void name_far_rows(std::size_t i, int direction) {
+    if (kind(i) != ArcKind::saturated) return;
+    const char* side = direction > 0 ? "end" : "start";
+    rows_.push_back({fmt::format("arc {} {}: switching function S = 0", i + 1, side)});
+    const auto next = beyond(i, direction);
+    if (next == ArcKind::free) rows_.push_back({fmt::format("arc {} {}: V = A on the free side", i + 1, side)});
+    if (next == ArcKind::boundary) rows_.push_back({fmt::format("arc {} {}: V' = 0 at the boundary arc", i + 1, side)});
+  }
+
+  [[nodiscard]] const Jet& duration(const Shot& shot, std::size_t i) const {
+    return shot.unknown(unknowns_.size() - arcs_.size() + i);
+  }
+
+  Anchor start_anchor(const Shot& shot, const Scaled<Jet>& scene) const {
+    std::size_t next = 0;
+    Anchor anchor;
+    ChainPoint& at = anchor.point;
+    if (starts_inside()) at.phi = shot.unknown(next++);
+    Jet along;
+    if (anchor_kind_ == ArcKind::free) {
+      // H = 0 on a free arc is A² + λφ² = 1: one angle gives A = V and λφ = Ω, smooth through V = ±1.
+      const Jet& angle = shot.unknown(next++);
+      along = at.V = cos(angle);
+      at.lambda_phi = sin(angle);
+    } else {
+      at.V = anchored_at_switch() ? shot.unknown(next++) : boundary_speed(scene, arcs_[first_forward_]);
+      along = shot.unknown(next++);
+      at.lambda_phi = (1.0 - along * at.V) / turning(at.V);  // S = 0
+    }
+    const Jet& across = shot.unknown(next++);
+    anchor.lambda_x = along * cos(at.phi) - across * sin(at.phi);
+    anchor.lambda_y = along * sin(at.phi) + across * cos(at.phi);
+    return anchor;
+  }
+
+  static Jet turning(const Jet& V) { return sqrt(1.0 - V * V, "1 - V^2/c1^2"); }
+
+  /// V± of a boundary arc; the sign is that of the arc type.
+  static Jet boundary_speed(const Scaled<Jet>& scene, const ArcType& arc) {
+    const Jet root = sqrt(1.0 - 4.0 * scene.friction * scene.friction, "1 - 4 kappa^2 (a boundary arc needs k g L <= c1^2/2)");
+    return sqrt(0.5 * (1.0 + arc.sign * root));
+  }
+
+  static Jet switching_function(const Anchor& anchor, const ChainPoint& at) {
+    const Jet A = anchor.lambda_x * cos(at.phi) + anchor.lambda_y * sin(at.phi);
+    return 1.0 - A * at.V - at.lambda_phi * turning(at.V);
+  }
+
+  /// Integrates arc i away from the anchor and sets the rows at its far end.
+  void advance(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, std::size_t i, int direction, ChainPoint& at,
+               std::size_t& next_row) const {
+    const Jet d = duration(shot, i);
+    ArcStart start{.arc = static_cast<int>(i),
+                   .t1 = direction * d,
+                   .clock = at.time.value,
+                   .quadrature = {at.x, at.y}};
+    const ChainPoint from = at;
+    Jet acceleration;
+    switch (kind(i)) {
+      case ArcKind::free: {
+        start.field = &free_;
+        start.state = {at.phi, at.lambda_phi};
+        start.parameter = {anchor.lambda_x, anchor.lambda_y};
+        const ArcEnd end = arrive(shot, start, at);
+        at.lambda_phi = end.state[1];
+        at.V = anchor.lambda_x * cos(at.phi) + anchor.lambda_y * sin(at.phi);
+        break;
+      }
+      case ArcKind::saturated: {
+        start.field = &saturated_;
+        // From a boundary arc V' starts at 0, and the equation itself takes V off it.
+        const bool from_boundary = before(i, direction) == ArcKind::boundary;
+        const Jet V2 = at.V * at.V;
+        const Jet initial = from_boundary ? Jet(0.0)
+                                          : arcs_[i].sign * sqrt(scene.friction * scene.friction - V2 * (1.0 - V2),
+                                                                 "(k g)^2 - (V Omega)^2 at a junction");
+        start.state = {at.phi, at.V, initial};
+        const ArcEnd end = arrive(shot, start, at);
+        at.V = end.state[1];
+        at.lambda_phi = from.lambda_phi + anchor.lambda_x * (at.y - from.y) - anchor.lambda_y * (at.x - from.x);
+        acceleration = end.state[2];
+        break;
+      }
+      case ArcKind::boundary:
+        start.field = &boundary_;
+        start.state = {at.phi};
+        start.parameter = {at.V};
+        arrive(shot, start, at);
+        at.lambda_phi = from.lambda_phi + anchor.lambda_x * (at.y - from.y) - anchor.lambda_y * (at.x - from.x);
+        break;
+    }
+    at.time += direction * d;
+    if (kind(i) == ArcKind::saturated) set_far_rows(shot, anchor, i, direction, at, acceleration, next_row);
+  }
+
+  static ArcEnd arrive(Shot& shot, const ArcStart& start, ChainPoint& at) {
+    ArcEnd end = shot.arc(start);
+    at.phi = end.state[0];
+    at.x = end.quadrature[0];
+    at.y = end.quadrature[1];
+    return end;
+  }
+
+  void set_far_rows(Shot& shot, const Anchor& anchor, std::size_t i, int direction, const ChainPoint& at,
+                    const Jet& acceleration, std::size_t& next_row) const {
+    const Jet d = duration(shot, i);
+    const bool from_switch = before(i, direction) == ArcKind::saturated;
+    shot.row(next_row++, switching_function(anchor, at) / (from_switch ? d : d * d));
+    const auto next = beyond(i, direction);
+    if (next == ArcKind::free) {
+      shot.row(next_row++, at.V - anchor.lambda_x * cos(at.phi) - anchor.lambda_y * sin(at.phi));
+    }
+    if (next == ArcKind::boundary) shot.row(next_row++, acceleration);
+  }
+
+  void report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, const ChainPoint& left,
+              const ChainPoint& right) const {
+    const Jet &T = scene.time, &c = scene.speed;
+    const double side = scene.side;
+    // On a free arc λφ = Ω, with its sign; elsewhere Ω > 0.
+    const Jet Omega = kind(0) == ArcKind::free ? left.lambda_phi : turning(left.V);
+    Jet elapsed;
+    for (std::size_t i = 0; i + 1 < arcs_.size(); ++i) {
+      elapsed += duration(shot, i);
+      shot.report(fmt::format("t{}", i + 1), "s", T * elapsed);
+    }
+    shot.report("final_time", "s", T * (right.time - left.time));
+    shot.report("lambda_x", "s/m", anchor.lambda_x / c);
+    shot.report("lambda_y", "s/m", side * anchor.lambda_y / c);
+    shot.report("lambda_phi0", "s/rad", side * T * left.lambda_phi);
+    shot.report("V0", "m/s", c * left.V);
+    shot.report("Omega0", "rad/s", side * Omega / T);
+    shot.complete({-left.x.value, -left.y.value},
+                  {anchor.lambda_x.value, anchor.lambda_y.value, left.lambda_phi.value});
+  }
+
+  [[nodiscard]] Observed observed(const ArcPoint& point) const {
+    const std::vector<double>& constants = point.record->constants;
+    const double phi = point.state[0];
+    const double A = constants[0] * std::cos(phi) + constants[1] * std::sin(phi);
+    const double across = constants[1] * std::cos(phi) - constants[0] * std::sin(phi);
+    // λφ − λx y + λy x is a constant of the motion; at the start x = y = 0.
+    const double lambda_phi = constants[2] + constants[0] * point.quadrature[1] - constants[1] * point.quadrature[0];
+    Observed at{phi, 0.0, 0.0, 0.0, lambda_phi, 0.0};
+    switch (arcs_[static_cast<std::size_t>(point.record->arc)].kind) {
+      case ArcKind::free: {
+        const auto [V, Omega] = FastestRolling{}.control<double>({0.0, 0.0, phi}, {constants[0], constants[1], point.state[1]}, {});
+        at.V = V;
+        at.Omega = Omega;
+        at.acceleration = across * Omega;
+        at.lambda_phi = point.state[1];
+        break;
+      }
+      case ArcKind::saturated:
+        at.V = point.state[1];
+        at.Omega = std::sqrt(1.0 - at.V * at.V);
+        at.acceleration = point.state[2];
+        break;
+      case ArcKind::boundary:
+        at.V = point.record->parameter[0];
+        at.Omega = std::sqrt(1.0 - at.V * at.V);
+        break;
+    }
+    at.switching = 1.0 - A * at.V - at.lambda_phi * at.Omega;
+    return at;
+  }
+
+  Structure arcs_;
+  bool limited_ = false;
+  ArcKind anchor_kind_ = ArcKind::free;
+  std::size_t first_forward_ = 0;  ///< arcs from here on run forward from the anchor, those before it backward
+  FieldOf<FreeArc> free_;
+  FieldOf<SaturatedArc> saturated_;
+  FieldOf<BoundaryArc> boundary_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure) {
+  return std::make_shared<DiskProblem>(scene, structure);
+}
+
+std::vector<double> parameters(const Scene& scene, bool with_friction) {
+  std::vector<double> values{scene.x, scene.y, scene.heading, scene.radius, scene.speed, scene.gravity};
+  if (with_friction) {
+    if (!scene.friction) throw BadInput("the scene has no friction coefficient, but the structure needs one");
+    values.push_back(*scene.friction);
+  }
+  return values;
+}
+
+}  // namespace costate::disk

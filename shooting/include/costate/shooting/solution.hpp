@@ -1,0 +1,78 @@
+/// \file
+/// What a solve returns: a value, whether it succeeded or not.
+#pragma once
+
+#include <costate/problem.hpp>
+
+#include <memory>
+
+namespace costate {
+
+/// A named result with a bound on its absolute error.
+struct Quantity {
+  std::string name;
+  std::string unit;
+  double value = 0.0;
+  double error_bound = 0.0;
+};
+
+/// The worst value of one path condition over all arcs.
+struct CheckResult {
+  std::string name;
+  PathCheck::Kind kind = PathCheck::Kind::zero;
+  double worst = 0.0;      ///< smallest value (nonnegative) or largest magnitude (zero)
+  double time = 0.0;       ///< where
+  double tolerance = 0.0;  ///< admitted violation
+  [[nodiscard]] bool holds() const;
+};
+
+/// What was verified about a solution after the solve.
+struct Certificate {
+  double largest_residual = 0.0;  ///< max |Rᵢ| / scale, from an integration tighter than the solve's
+  std::string largest_row;        ///< its name
+  double condition = 0.0;         ///< 2-norm condition number of the scaled Jacobian
+  std::vector<CheckResult> checks;
+  [[nodiscard]] bool holds() const;
+};
+
+struct Cost {
+  double seconds = 0.0;  ///< CPU time of the thread
+  long steps = 0;
+  long rhs_evaluations = 0;
+  long sensitivity_evaluations = 0;
+  long newton_iterations = 0;
+};
+
+/// One integrated arc of a solution.
+struct ArcTrace {
+  ArcRecord record;
+  double begin = 0.0, end = 0.0;  ///< the problem's time, begin ≤ end
+  double shift = 0.0;             ///< problem time = integration time + shift
+  Trajectory trajectory;
+};
+
+struct Solution {
+  enum class Status { solved, failed };
+
+  Status status = Status::failed;
+  std::string message;  ///< why not, and what to try; empty if solved
+  std::shared_ptr<const Problem> problem;
+  std::vector<double> parameters;
+  Eigen::VectorXd y;                ///< unknowns, in the problem's order
+  std::vector<Quantity> unknowns;   ///< the same, named
+  std::vector<Quantity> reports;    ///< final time, switching times, …
+  Certificate certificate;
+  Cost cost;
+  std::vector<ArcTrace> arcs;       ///< in order of time
+
+  [[nodiscard]] bool solved() const { return status == Status::solved; }
+  /// A report or unknown by name. \throws BadInput naming what there is.
+  [[nodiscard]] const Quantity& operator[](const std::string& name) const;
+  [[nodiscard]] double final_time() const;
+  /// The problem's columns at time t ∈ [0, final_time()]. \throws BadInput outside.
+  [[nodiscard]] std::vector<double> at(double t) const;
+  /// The point of the arc that holds at time t; at a junction, of the arc that begins there.
+  [[nodiscard]] ArcPoint point(double t) const;
+};
+
+}  // namespace costate

@@ -1,0 +1,42 @@
+/// \file
+/// Solving a shooting problem to a wanted accuracy.
+#pragma once
+
+#include <costate/shooting/shooting.hpp>
+#include <costate/shooting/solution.hpp>
+
+namespace costate {
+
+/// Smallest and largest accuracy that may be asked for.
+inline constexpr double finest_accuracy = 1e-12;
+inline constexpr double coarsest_accuracy = 1e-3;
+
+struct SolveOptions {
+  /// Wanted absolute error (relative above 1) of every unknown and report, within finest_accuracy … coarsest_accuracy.
+  double accuracy = 1e-8;
+  Method method = Method::adams;
+  long max_steps = 20000;   ///< of the integrator, per arc
+  int max_iterations = 50;  ///< of Newton's method, per tolerance
+  double max_step = 1.0;    ///< of Newton's method, in scaled unknowns
+  bool line_search = true;
+};
+
+/// Solves R(y) = 0 from the guess `start`.
+///
+/// Newton's method runs on a ladder of integration tolerances, loose first. The root is then evaluated by an integration
+/// fifty times tighter: the Newton correction δ = J⁻¹R found there is applied, and |δ| plus what rounding and the tight
+/// integration can move, |J⁻¹|·ρ, is the error bound. If the bound exceeds the accuracy the tolerance is tightened and the
+/// solve goes on; if doubles cannot reach it, the status is failed and the message gives the best bound.
+/// After that every unknown must lie in its domain and every path check must hold, else the root is refused.
+///
+/// \throws BadInput for an accuracy out of range or a start of the wrong size. Failure to converge is a Solution, not a throw.
+[[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& start,
+                             const SolveOptions& options = {});
+
+/// The same on an existing Shooting, whose integrators and parameters are used.
+[[nodiscard]] Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options = {});
+
+/// CPU time of the calling thread, seconds.
+[[nodiscard]] double thread_seconds();
+
+}  // namespace costate

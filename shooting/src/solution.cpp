@@ -1,0 +1,46 @@
+#include <costate/error.hpp>
+#include <costate/shooting/solution.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate {
+
+bool CheckResult::holds() const {
+  return kind == PathCheck::Kind::nonnegative ? worst >= -tolerance : std::abs(worst) <= tolerance;
+}
+
+bool Certificate::holds() const {
+  return std::all_of(checks.begin(), checks.end(), [](const CheckResult& check) { return check.holds(); });
+}
+
+const Quantity& Solution::operator[](const std::string& name) const {
+  std::string known;
+  for (const auto* list : {&reports, &unknowns}) {
+    for (const Quantity& quantity : *list) {
+      if (quantity.name == name) return quantity;
+      known += (known.empty() ? "" : ", ") + quantity.name;
+    }
+  }
+  throw BadInput(fmt::format("the solution has no quantity '{}'; it has {}", name, known));
+}
+
+double Solution::final_time() const { return arcs.empty() ? 0.0 : arcs.back().end; }
+
+ArcPoint Solution::point(double t) const {
+  if (!(t >= 0.0 && t <= final_time())) {
+    throw BadInput(fmt::format("t = {:.17g} is outside the trajectory: admissible 0 … {:.17g}", t, final_time()));
+  }
+  // The last arc that begins at or before t.
+  const auto next = std::upper_bound(arcs.begin(), arcs.end(), t,
+                                     [](double wanted, const ArcTrace& arc) { return wanted < arc.begin; });
+  const ArcTrace& arc = next == arcs.begin() ? arcs.front() : *std::prev(next);
+  const Eigen::VectorXd both = arc.trajectory.at(t - arc.shift);
+  const Eigen::Index n = arc.record.state.size();
+  return {&arc.record, t, both.head(n), both.tail(both.size() - n)};
+}
+
+std::vector<double> Solution::at(double t) const { return problem->observe(point(t), parameters); }
+
+}  // namespace costate

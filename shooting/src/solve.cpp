@@ -1,0 +1,236 @@
+#include "verify.hpp"
+
+#include <costate/error.hpp>
+#include <costate/shooting/solve.hpp>
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fmt/format.h>
+
+namespace costate {
+
+namespace {
+
+constexpr double tightest_solve = 2e-14;   // below this the multistep formulas only add rounding
+constexpr double tightest_verify = 1e-15;  // the least relative tolerance CVODES takes
+constexpr double tolerance_per_accuracy = 1e-3;
+constexpr double verify_factor = 0.02;
+
+FlowOptions flow_options(const SolveOptions& options, double tolerance) {
+  return {.tolerance = {.relative = tolerance, .absolute = tolerance}, .method = options.method, .max_steps = options.max_steps};
+}
+
+/// The rows that are worst, by name: what a user needs to see of a failed solve.
+std::string worst_rows(const Shooting& shooting, const Eigen::VectorXd& residual) {
+  const auto& rows = shooting.problem().rows();
+  std::vector<std::size_t> order(rows.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto size = [&](std::size_t i) { return std::abs(residual[static_cast<Eigen::Index>(i)]) / rows[i].scale; };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, order.size()); ++i) {
+    text += fmt::format("{}{}: {:.2e}", i == 0 ? "" : ", ", rows[order[i]].name,
+                        residual[static_cast<Eigen::Index>(order[i])]);
+  }
+  return text;
+}
+
+/// Ratio of an error bound to what is wanted: absolute up to 1, relative above.
+double excess(const Quantity& quantity, double accuracy) {
+  return quantity.error_bound / (accuracy * std::max(1.0, std::abs(quantity.value)));
+}
+
+class Solver {
+ public:
+  Solver(Shooting& shooting, const SolveOptions& options)
+      : shooting_(shooting), options_(options), newton_(shooting.size()), before_(shooting.statistics()) {
+    solution_.problem = shooting.shared_problem();
+    solution_.parameters = shooting.parameters();
+  }
+
+  Solution run(const Eigen::VectorXd& start) {
+    const double began = thread_seconds();
+    solution_.y = start;
+    if (climb() && refine()) verify();
+    const Statistics now = shooting_.statistics();
+    solution_.cost.seconds = thread_seconds() - began;
+    solution_.cost.steps = now.steps - before_.steps;
+    solution_.cost.rhs_evaluations = now.rhs_evaluations - before_.rhs_evaluations;
+    solution_.cost.sensitivity_evaluations = now.sensitivity_evaluations - before_.sensitivity_evaluations;
+    return std::move(solution_);
+  }
+
+ private:
+  /// From the guess to the basin of quadratic convergence, at a loose tolerance.
+  bool climb() {
+    const double tolerance = std::max(1e-6, tolerance_per_accuracy * options_.accuracy);
+    const NewtonResult result = newton(tolerance);
+    if (result.converged() || result.termination == Termination::small_step) return true;
+    solution_.message = fmt::format("not converged: {} after {} Newton iterations", describe(result.termination),
+                                    result.iterations);
+    if (!result.message.empty()) solution_.message += fmt::format(" ({})", result.message);
+    try {
+      const Shot& shot = shooting_.evaluate(solution_.y);
+      solution_.message += fmt::format("; worst rows: {}", worst_rows(shooting_, shooting_.residual(shot)));
+    } catch (const LeftDomain&) {
+      // The first guess itself is outside the domain: the message above says where.
+    }
+    solution_.message += "; try a start closer to the solution, or continuation from a solved scene";
+    return false;
+  }
+
+  /// Tightens until the error bound meets the accuracy.
+  bool refine() {
+    double tolerance = std::max(tightest_solve, tolerance_per_accuracy * options_.accuracy);
+    double best = 0.0;
+    Quantity worst;
+    while (true) {
+      newton(tolerance);
+      if (!correct(tolerance)) return false;
+      double reached = 0.0;
+      for (const auto* list : {&solution_.reports, &solution_.unknowns}) {
+        for (const Quantity& quantity : *list) {
+          if (!(excess(quantity, options_.accuracy) <= reached)) {
+            reached = excess(quantity, options_.accuracy);
+            worst = quantity;
+          }
+        }
+      }
+      if (reached <= 1.0) return true;
+      if (tolerance <= tightest_solve || !std::isfinite(reached) || (best > 0.0 && reached > 0.5 * best)) break;
+      best = reached;
+      // The bound is proportional to the tolerance where integration error dominates; half the excess again as margin.
+      tolerance = std::max(tightest_solve, tolerance * std::min(0.1, 0.5 / reached));
+    }
+    solution_.message = fmt::format("the accuracy {:g} is not reached: the best error bound is {:.2g} for {}; try a larger one",
+                                    options_.accuracy, worst.error_bound, worst.name);
+    return false;
+  }
+
+  NewtonResult newton(double tolerance) {
+    shooting_.set_flow_options(flow_options(options_, tolerance));
+    const NewtonOptions newton{.residual_tolerance = 10.0 * tolerance,
+                               .step_tolerance = 1e-15,
+                               .max_step = options_.max_step * std::sqrt(static_cast<double>(shooting_.size())),
+                               .max_iterations = options_.max_iterations,
+                               .line_search = options_.line_search};
+    const NewtonResult result =
+        newton_.solve(shooting_, solution_.y, shooting_.unknown_scales(), shooting_.row_scales(), newton);
+    solution_.cost.newton_iterations += result.iterations;
+    return result;
+  }
+
+  /// One Newton correction from an independent, tighter integration, and from it the error bounds.
+  bool correct(double tolerance) {
+    const double tight = std::max(tightest_verify, verify_factor * tolerance);
+    try {
+      const std::vector<Report> loose = shooting_.evaluate(solution_.y).reports();
+      shooting_.set_flow_options(flow_options(options_, tight));
+      const Shot& shot = shooting_.evaluate(solution_.y);
+      const Eigen::VectorXd residual = shooting_.residual(shot);
+      const Eigen::MatrixXd jacobian = shooting_.jacobian(shot);
+      const Eigen::VectorXd scales = shooting_.row_scales();
+      const Eigen::MatrixXd scaled = scales.cwiseInverse().asDiagonal() * jacobian * shooting_.unknown_scales().asDiagonal();
+      const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
+      const Eigen::MatrixXd inverse = jacobian.fullPivLu().inverse();
+      solution_.certificate.condition = singular[0] / singular[singular.size() - 1];
+      if (!inverse.allFinite() || !(solution_.certificate.condition < 1e14)) {
+        solution_.message = fmt::format("the Jacobian is singular at the root found (condition {:.1e}): the solution is not "
+                                        "isolated; try another scene or structure",
+                                        solution_.certificate.condition);
+        return false;
+      }
+      const Eigen::VectorXd correction = inverse * residual;
+      // What the tight integration and rounding can still move a row by.
+      const double rounding = 10.0 * tight + 10.0 * std::numeric_limits<double>::epsilon();
+      const Eigen::VectorXd floor = inverse.cwiseAbs() * scales * rounding;
+      const Eigen::VectorXd bound = correction.cwiseAbs() + floor;
+      solution_.y -= correction;
+      report_bounds(loose, shot.reports(), correction, floor, rounding);
+      report_unknowns(bound);
+      record_residual(residual, correction, jacobian);
+      return true;
+    } catch (const LeftDomain& failure) {
+      solution_.message = fmt::format("the root found cannot be verified: {}", failure.what());
+      return false;
+    }
+  }
+
+  void report_unknowns(const Eigen::VectorXd& bound) {
+    solution_.unknowns.clear();
+    for (Eigen::Index i = 0; i < shooting_.size(); ++i) {
+      const auto& unknown = shooting_.problem().unknowns()[static_cast<std::size_t>(i)];
+      solution_.unknowns.push_back({unknown.name, "", solution_.y[i], bound[i]});
+    }
+  }
+
+  /// Reports at the corrected root: their own integration error, what the correction moved, and what it may still move.
+  void report_bounds(const std::vector<Report>& loose, const std::vector<Report>& tight, const Eigen::VectorXd& correction,
+                     const Eigen::VectorXd& floor, double rounding) {
+    solution_.reports.clear();
+    for (std::size_t i = 0; i < tight.size(); ++i) {
+      double moved = 0.0;
+      double movable = rounding * std::abs(tight[i].value.value);
+      for (const auto& entry : tight[i].value.gradient()) {
+        moved += entry.derivative * correction[entry.column];
+        movable += std::abs(entry.derivative) * floor[entry.column];
+      }
+      const double value = tight[i].value.value;
+      solution_.reports.push_back({tight[i].name, tight[i].unit, value - moved,
+                                   std::abs(value - loose[i].value.value) + std::abs(moved) + movable});
+    }
+  }
+
+  void record_residual(const Eigen::VectorXd& before, const Eigen::VectorXd& correction, const Eigen::MatrixXd& jacobian) {
+    const Eigen::VectorXd after = (before - jacobian * correction).cwiseQuotient(shooting_.row_scales());
+    Eigen::Index worst = 0;
+    solution_.certificate.largest_residual = after.cwiseAbs().maxCoeff(&worst);
+    solution_.certificate.largest_row = shooting_.problem().rows()[static_cast<std::size_t>(worst)].name;
+  }
+
+  /// Refuses roots that are no solutions, and keeps the trajectory of those that are.
+  void verify() {
+    const std::string objection = verify_root(shooting_, options_.accuracy, solution_);
+    if (objection.empty()) {
+      solution_.status = Solution::Status::solved;
+    } else {
+      solution_.message = objection;
+    }
+  }
+
+  Shooting& shooting_;
+  SolveOptions options_;
+  Kinsol newton_;
+  Statistics before_;
+  Solution solution_;
+};
+
+}  // namespace
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options) {
+  if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
+    throw BadInput(fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy,
+                               coarsest_accuracy));
+  }
+  if (start.size() != shooting.size()) {
+    throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.size()));
+  }
+  if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
+  return Solver(shooting, options).run(start);
+}
+
+Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& start, const SolveOptions& options) {
+  Shooting shooting(std::move(problem));
+  return solve(shooting, start, options);
+}
+
+}  // namespace costate
