@@ -2,6 +2,8 @@
 
 #include <costate/nonlinear.hpp>
 
+#include <optional>
+
 namespace costate {
 
 using sundials::check;
@@ -46,14 +48,20 @@ struct Kinsol::Memory {
 
   static int evaluate(N_Vector y, N_Vector r, void* data) {
     Memory& m = *static_cast<Memory*>(data);
+    // Where R carries the noise of an integration KINSOL's line search can bisect for ever.
+    if (++m.evaluations > m.most_evaluations) return -1;
     const int flag = m.gate.guarded([&] {
       m.point = view(y);
       m.system->residual(m.point, m.residual);
       view(r) = m.residual;
       return m.residual.allFinite();
     });
-    // KINSOL shortens the step, but some of its paths still read the residual: leave one that no search accepts.
-    if (flag > 0) view(r).setConstant(1e100);
+    // After a recoverable failure KINSOL halves a full step, but some paths of its line search give up. A residual that no
+    // search accepts makes them backtrack too.
+    if (flag > 0 && m.line_search && m.evaluations > 1) {
+      view(r).setConstant(1e100);
+      return 0;
+    }
     return flag;
   }
   static int differentiate(N_Vector y, N_Vector, SUNMatrix j, void* data, N_Vector, N_Vector) {
@@ -66,6 +74,19 @@ struct Kinsol::Memory {
     });
   }
 
+  /// KINSOL asks a hundred times more of the first guess than of an iterate, and would go on into the noise.
+  std::optional<NewtonResult> already_converged(const Eigen::VectorXd& row_scale, double tolerance) {
+    point = view(y.get());
+    try {
+      system->residual(point, residual);
+    } catch (const LeftDomain&) {
+      return std::nullopt;  // KINSOL meets it again and says so
+    }
+    const Eigen::VectorXd scaled = residual.cwiseQuotient(row_scale);
+    if (!(scaled.cwiseAbs().maxCoeff() <= tolerance)) return std::nullopt;
+    return NewtonResult{.residual_evaluations = 1, .residual_norm = scaled.norm()};
+  }
+
   sundials::ExceptionGate gate;
   sundials::Context context;
   sundials::Vector y, y_weight, r_weight;
@@ -74,6 +95,8 @@ struct Kinsol::Memory {
   void* kinsol = nullptr;
   std::string message;
   NonlinearSystem* system = nullptr;
+  bool line_search = true;
+  long evaluations = 0, most_evaluations = 0;
   Eigen::VectorXd point, residual;
   Eigen::MatrixXd jacobian;
 };
@@ -111,6 +134,9 @@ NewtonResult Kinsol::solve(NonlinearSystem& system, Eigen::VectorXd& y, const Ei
   Memory& m = *memory_;
   m.system = &system;
   m.gate.clear();
+  m.line_search = options.line_search;
+  m.evaluations = 0;
+  m.most_evaluations = 20 + 8L * options.max_iterations;
   view(m.y.get()) = y;
   view(m.y_weight.get()) = unknown_scale.cwiseInverse();
   view(m.r_weight.get()) = row_scale.cwiseInverse();
@@ -120,11 +146,12 @@ NewtonResult Kinsol::solve(NonlinearSystem& system, Eigen::VectorXd& y, const Ei
   check(KINSetScaledStepTol(m.kinsol, options.step_tolerance), "KINSetScaledStepTol");
   check(KINSetNumMaxIters(m.kinsol, options.max_iterations), "KINSetNumMaxIters");
 
+  if (const auto done = m.already_converged(row_scale, options.residual_tolerance)) return *done;
   const int flag = KINSol(m.kinsol, m.y.get(), options.line_search ? KIN_LINESEARCH : KIN_NONE, m.y_weight.get(),
                           m.r_weight.get());
   m.gate.rethrow();
   NewtonResult result;
-  result.termination = termination(flag);
+  result.termination = m.evaluations > m.most_evaluations ? Termination::stalled : termination(flag);
   y = view(m.y.get());
   long iterations = 0;
   check(KINGetNumNonlinSolvIters(m.kinsol, &iterations), "KINGetNumNonlinSolvIters");

@@ -100,7 +100,7 @@ Statistics FlowCache::statistics() const {
 ArcEnd Shot::arc(const ArcStart& start) {
   const Field& field = *start.field;
   ArcRecord record{start.arc,           start.field,           start.t0.value,           start.t1.value, start.clock,
-                   values(start.state), values(start.quadrature), values(start.parameter), {}};
+                   values(start.state), values(start.quadrature), values(start.parameter), {}, {}};
   // A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so the start time moves z₀ by −f(z₀).
   std::vector<Jet> state = start.state;
   std::vector<Jet> quadrature = start.quadrature;
@@ -126,6 +126,7 @@ ArcEnd Shot::arc(const ArcStart& start) {
                                   seeding.jet(end.quadrature[i], end.quadrature_directions.row(i)) +
                                   elapsed * end.quadrature_rate[i]);
     }
+    record.end_state = end.state;
     arcs_.push_back(std::move(record));
     return result;
   } catch (const LeftDomain& failure) {

@@ -43,9 +43,22 @@ struct ChainPoint {
   Jet time, phi, V, lambda_phi, x, y;
 };
 
-/// Everything known at a point of an arc, scaled.
+/// Everything known at a point of an arc, scaled. S is by its definition 1 − A V − λφ Ω, and on a saturated arc also by the
+/// integral of its own rate; their difference is H.
 struct Observed {
-  double phi, V, Omega, acceleration, lambda_phi, switching;
+  double phi, V, Omega, acceleration, lambda_phi, switching, hamiltonian;
+};
+
+/// What S starts from on a saturated arc: S₁ and G₁ = A − λφ V/Ω.
+template <class S>
+struct SwitchingStart {
+  S switching, G;
+  SwitchingStart(const S& A, const S& V, const S& Omega, const S& lambda_phi)
+      : switching(1.0 - A * V - lambda_phi * Omega), G(A - lambda_phi * V / Omega) {}
+  /// S, from the state ν and the quadratures q₁, q₂ of the arc.
+  [[nodiscard]] S at(const S& nu, const S& q1, const S& q2, const S& scale) const {
+    return switching - scale * (nu * G + scale * (nu * q1 - q2));
+  }
 };
 
 class DiskProblem final : public Problem {
@@ -106,15 +119,19 @@ class DiskProblem final : public Problem {
     const Scaled<double> scene([&](std::size_t i) { return p[i]; }, limited_);
     const Observed at = observed(point);
     const double used = std::hypot(at.acceleration, at.V * at.Omega);
-    std::vector<PathCheck> checks;
+    const std::vector<double>& constants = point.record->constants;
+    const double integral = constants[2] + constants[0] * point.quadrature[1] - constants[1] * point.quadrature[0];
+    std::vector<PathCheck> checks{{"lambda_phi - lambda_x y + lambda_y x - its start value", PathCheck::Kind::zero,
+                                   at.lambda_phi - integral}};
     switch (arcs_[static_cast<std::size_t>(point.record->arc)].kind) {
       case ArcKind::free:
-        checks.push_back({"Hamiltonian on a free arc", PathCheck::Kind::zero, -at.switching});
+        checks.push_back({"Hamiltonian on a free arc", PathCheck::Kind::zero, at.hamiltonian});
         if (limited_) {
           checks.push_back({"friction left on a free arc", PathCheck::Kind::nonnegative, scene.friction - used});
         }
         break;
       case ArcKind::saturated:
+        checks.push_back({"Hamiltonian on a saturated arc", PathCheck::Kind::zero, at.hamiltonian});
         checks.push_back({"switching function S on a saturated arc", PathCheck::Kind::nonnegative, at.switching});
         checks.push_back({"friction beyond its limit on a saturated arc", PathCheck::Kind::zero, used - scene.friction});
         break;
@@ -233,11 +250,6 @@ class DiskProblem final : public Problem {
     return sqrt(0.5 * (1.0 + arc.sign * root));
   }
 
-  static Jet switching_function(const Anchor& anchor, const ChainPoint& at) {
-    const Jet A = anchor.lambda_x * cos(at.phi) + anchor.lambda_y * sin(at.phi);
-    return 1.0 - A * at.V - at.lambda_phi * turning(at.V);
-  }
-
   /// Integrates arc i away from the anchor and sets the rows at its far end.
   void advance(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, std::size_t i, int direction, ChainPoint& at,
                std::size_t& next_row) const {
@@ -246,8 +258,6 @@ class DiskProblem final : public Problem {
                    .t1 = direction * d,
                    .clock = at.time.value,
                    .quadrature = {at.x, at.y}};
-    const ChainPoint from = at;
-    Jet acceleration;
     switch (kind(i)) {
       case ArcKind::free: {
         start.field = &free_;
@@ -255,35 +265,58 @@ class DiskProblem final : public Problem {
         start.parameter = {anchor.lambda_x, anchor.lambda_y};
         const ArcEnd end = arrive(shot, start, at);
         at.lambda_phi = end.state[1];
-        at.V = anchor.lambda_x * cos(at.phi) + anchor.lambda_y * sin(at.phi);
+        at.V = along(anchor, at.phi);
         break;
       }
-      case ArcKind::saturated: {
-        start.field = &saturated_;
-        // From a boundary arc V' starts at 0, and the equation itself takes V off it.
-        const bool from_boundary = before(i, direction) == ArcKind::boundary;
-        const Jet V2 = at.V * at.V;
-        const Jet initial = from_boundary ? Jet(0.0)
-                                          : arcs_[i].sign * sqrt(scene.friction * scene.friction - V2 * (1.0 - V2),
-                                                                 "(k g)^2 - (V Omega)^2 at a junction");
-        start.state = {at.phi, at.V, initial};
-        const ArcEnd end = arrive(shot, start, at);
-        at.V = end.state[1];
-        at.lambda_phi = from.lambda_phi + anchor.lambda_x * (at.y - from.y) - anchor.lambda_y * (at.x - from.x);
-        acceleration = end.state[2];
+      case ArcKind::saturated:
+        advance_saturated(shot, scene, anchor, start, direction, at, next_row);
         break;
-      }
-      case ArcKind::boundary:
+      case ArcKind::boundary: {
         start.field = &boundary_;
         start.state = {at.phi};
         start.parameter = {at.V};
+        const Jet x = at.x, y = at.y;
         arrive(shot, start, at);
-        at.lambda_phi = from.lambda_phi + anchor.lambda_x * (at.y - from.y) - anchor.lambda_y * (at.x - from.x);
+        at.lambda_phi += anchor.lambda_x * (at.y - y) - anchor.lambda_y * (at.x - x);
         break;
+      }
     }
     at.time += direction * d;
-    if (kind(i) == ArcKind::saturated) set_far_rows(shot, anchor, i, direction, at, acceleration, next_row);
   }
+
+  void advance_saturated(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, ArcStart& start, int direction,
+                         ChainPoint& at, std::size_t& next_row) const {
+    const auto i = static_cast<std::size_t>(start.arc);
+    const Jet d = duration(shot, i);
+    const double scale = std::max(std::abs(d.value), std::numeric_limits<double>::min());
+    const Jet V1 = at.V;
+    const Jet V2 = V1 * V1;
+    // From a boundary arc V' starts at 0, and Duffing's equation itself takes V off it.
+    const bool from_boundary = before(i, direction) == ArcKind::boundary;
+    const Jet acceleration = from_boundary ? Jet(0.0)
+                                           : arcs_[i].sign * sqrt(scene.friction * scene.friction - V2 * (1.0 - V2),
+                                                                  "(k g)^2 - (V Omega)^2 at a junction");
+    SwitchingStart<Jet> from(along(anchor, at.phi), V1, turning(V1), at.lambda_phi);
+    from.switching = 0.0;  // by construction of every junction
+    if (anchor_kind_ == ArcKind::free && before(i, direction) == ArcKind::free) from.G = 0.0;  // likewise: V = A, λφ = Ω
+    start.field = &saturated_;
+    start.state = {at.phi, 0.0, acceleration, at.lambda_phi};
+    start.parameter = {anchor.lambda_x, anchor.lambda_y, V1, scale};
+    start.quadrature = {at.x, at.y, 0.0, 0.0};
+    const ArcEnd end = arrive(shot, start, at);
+    at.V = V1 + scale * end.state[1];
+    at.lambda_phi = end.state[3];
+
+    const bool from_switch = before(i, direction) == ArcKind::saturated;
+    const Jet S = from.at(end.state[1], end.quadrature[2], end.quadrature[3], scale);
+    shot.row(next_row++, S / (from_switch ? d : d * d));
+    const auto next = beyond(i, direction);
+    if (next == ArcKind::free) shot.row(next_row++, at.V - along(anchor, at.phi));
+    if (next == ArcKind::boundary) shot.row(next_row++, end.state[2]);
+  }
+
+  /// A = λx cos φ + λy sin φ.
+  static Jet along(const Anchor& anchor, const Jet& phi) { return anchor.lambda_x * cos(phi) + anchor.lambda_y * sin(phi); }
 
   static ArcEnd arrive(Shot& shot, const ArcStart& start, ChainPoint& at) {
     ArcEnd end = shot.arc(start);
@@ -291,18 +324,6 @@ class DiskProblem final : public Problem {
     at.x = end.quadrature[0];
     at.y = end.quadrature[1];
     return end;
-  }
-
-  void set_far_rows(Shot& shot, const Anchor& anchor, std::size_t i, int direction, const ChainPoint& at,
-                    const Jet& acceleration, std::size_t& next_row) const {
-    const Jet d = duration(shot, i);
-    const bool from_switch = before(i, direction) == ArcKind::saturated;
-    shot.row(next_row++, switching_function(anchor, at) / (from_switch ? d : d * d));
-    const auto next = beyond(i, direction);
-    if (next == ArcKind::free) {
-      shot.row(next_row++, at.V - anchor.lambda_x * cos(at.phi) - anchor.lambda_y * sin(at.phi));
-    }
-    if (next == ArcKind::boundary) shot.row(next_row++, acceleration);
   }
 
   void report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, const ChainPoint& left,
@@ -330,30 +351,38 @@ class DiskProblem final : public Problem {
     const std::vector<double>& constants = point.record->constants;
     const double phi = point.state[0];
     const double A = constants[0] * std::cos(phi) + constants[1] * std::sin(phi);
-    const double across = constants[1] * std::cos(phi) - constants[0] * std::sin(phi);
-    // λφ − λx y + λy x is a constant of the motion; at the start x = y = 0.
-    const double lambda_phi = constants[2] + constants[0] * point.quadrature[1] - constants[1] * point.quadrature[0];
-    Observed at{phi, 0.0, 0.0, 0.0, lambda_phi, 0.0};
+    Observed at{phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     switch (arcs_[static_cast<std::size_t>(point.record->arc)].kind) {
       case ArcKind::free: {
-        const auto [V, Omega] = FastestRolling{}.control<double>({0.0, 0.0, phi}, {constants[0], constants[1], point.state[1]}, {});
+        const auto [V, Omega] =
+            FastestRolling{}.control<double>({0.0, 0.0, phi}, {constants[0], constants[1], point.state[1]}, {});
         at.V = V;
         at.Omega = Omega;
-        at.acceleration = across * Omega;
+        at.acceleration = (constants[1] * std::cos(phi) - constants[0] * std::sin(phi)) * Omega;
         at.lambda_phi = point.state[1];
         break;
       }
-      case ArcKind::saturated:
-        at.V = point.state[1];
+      case ArcKind::saturated: {
+        const double V1 = point.record->parameter[2], scale = point.record->parameter[3];
+        at.V = V1 + scale * point.state[1];
         at.Omega = std::sqrt(1.0 - at.V * at.V);
         at.acceleration = point.state[2];
+        at.lambda_phi = point.state[3];
+        const Eigen::VectorXd& z1 = point.record->state;
+        const SwitchingStart<double> from(constants[0] * std::cos(z1[0]) + constants[1] * std::sin(z1[0]), V1,
+                                          std::sqrt(1.0 - V1 * V1), z1[3]);
+        at.hamiltonian = from.at(point.state[1], point.quadrature[2], point.quadrature[3], scale);
         break;
+      }
       case ArcKind::boundary:
         at.V = point.record->parameter[0];
         at.Omega = std::sqrt(1.0 - at.V * at.V);
+        // λφ − λx y + λy x is a constant of the motion; at the start x = y = 0.
+        at.lambda_phi = constants[2] + constants[0] * point.quadrature[1] - constants[1] * point.quadrature[0];
         break;
     }
     at.switching = 1.0 - A * at.V - at.lambda_phi * at.Omega;
+    at.hamiltonian -= at.switching;
     return at;
   }
 

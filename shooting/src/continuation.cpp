@@ -8,6 +8,19 @@
 
 namespace costate {
 
+namespace {
+
+/// Integration noise, amplified along an unstable arc, can keep the residual above its tolerance when the unknowns are known
+/// well enough: then the Newton correction is what counts.
+bool solved(Shooting& shooting, const NewtonResult& result, const Eigen::VectorXd& y) {
+  constexpr double small_correction = 1e-6;
+  if (result.converged()) return true;
+  if (result.termination != Termination::stalled && result.termination != Termination::small_step) return false;
+  return shooting.correction(y) <= small_correction;
+}
+
+}  // namespace
+
 Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<double>& target,
                 const FollowOptions& options, const Monitor& monitor) {
   const std::vector<double> origin = shooting.parameters();
@@ -25,6 +38,14 @@ Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<
                                      .max_step = std::sqrt(static_cast<double>(shooting.size())),
                                      .max_iterations = options.max_iterations};
   Followed result{.y = y, .parameters = origin};
+  const NewtonResult begin =
+      newton.solve(shooting, result.y, shooting.unknown_scales(), shooting.row_scales(), newton_options);
+  result.newton_iterations += begin.iterations;
+  if (!solved(shooting, begin, result.y)) {
+    result.message = fmt::format("no solution at the start of the path: {}{}{}", describe(begin.termination),
+                                 begin.message.empty() ? "" : ": ", begin.message);
+    return result;
+  }
   double step = options.first_step;
   while (result.fraction < 1.0) {
     if (result.points >= options.max_points) {
@@ -41,6 +62,7 @@ Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<
       if (next.allFinite()) {
         corrected = newton.solve(shooting, next, shooting.unknown_scales(), shooting.row_scales(), newton_options);
         result.newton_iterations += corrected.iterations;
+        if (solved(shooting, corrected, next)) corrected.termination = Termination::converged;
       } else {
         corrected.termination = Termination::singular_jacobian;
       }

@@ -1,6 +1,7 @@
 #include <costate/error.hpp>
 #include <costate/shooting/shooting.hpp>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace costate {
@@ -71,6 +72,12 @@ Eigen::VectorXd Shooting::path_derivative(const Shot& shot) const {
     d[i] = shot.rows()[static_cast<std::size_t>(i)].derivative(static_cast<int>(size()));
   }
   return d;
+}
+
+double Shooting::correction(const Eigen::VectorXd& y) {
+  const Shot& shot = evaluate(y);
+  const Eigen::VectorXd step = jacobian(shot).partialPivLu().solve(residual(shot));
+  return step.cwiseQuotient(unknown_scales()).cwiseAbs().maxCoeff();
 }
 
 Eigen::VectorXd Shooting::unknown_scales() const {

@@ -68,7 +68,14 @@ class Solver {
   bool climb() {
     const double tolerance = std::max(1e-6, tolerance_per_accuracy * options_.accuracy);
     const NewtonResult result = newton(tolerance);
-    if (result.converged() || result.termination == Termination::small_step) return true;
+    // Stalled may only mean that this tolerance is too loose for the root to be seen: the next, tight one decides.
+    if (result.converged() || result.termination == Termination::small_step || result.termination == Termination::stalled) {
+      return true;
+    }
+    return not_converged(result);
+  }
+
+  bool not_converged(const NewtonResult& result) {
     solution_.message = fmt::format("not converged: {} after {} Newton iterations", describe(result.termination),
                                     result.iterations);
     if (!result.message.empty()) solution_.message += fmt::format(" ({})", result.message);
@@ -88,8 +95,9 @@ class Solver {
     double best = 0.0;
     Quantity worst;
     while (true) {
-      newton(tolerance);
+      const NewtonResult result = newton(tolerance);
       if (!correct(tolerance)) return false;
+      if (!result.converged() && correction_ > coarsest_accuracy) return not_converged(result);
       double reached = 0.0;
       for (const auto* list : {&solution_.reports, &solution_.unknowns}) {
         for (const Quantity& quantity : *list) {
@@ -145,12 +153,11 @@ class Solver {
       }
       const Eigen::VectorXd correction = inverse * residual;
       // What the tight integration and rounding can still move a row by.
-      const double rounding = 10.0 * tight + 10.0 * std::numeric_limits<double>::epsilon();
-      const Eigen::VectorXd floor = inverse.cwiseAbs() * scales * rounding;
-      const Eigen::VectorXd bound = correction.cwiseAbs() + floor;
+      const Eigen::VectorXd rounding = scales * (4.0 * tight + 4.0 * std::numeric_limits<double>::epsilon());
+      correction_ = correction.cwiseQuotient(shooting_.unknown_scales()).cwiseAbs().maxCoeff();
       solution_.y -= correction;
-      report_bounds(loose, shot.reports(), correction, floor, rounding);
-      report_unknowns(bound);
+      report_bounds(loose, shot.reports(), correction, inverse, rounding);
+      report_unknowns(correction.cwiseAbs() + inverse.cwiseAbs() * rounding);
       record_residual(residual, correction, jacobian);
       return true;
     } catch (const LeftDomain& failure) {
@@ -169,16 +176,15 @@ class Solver {
 
   /// Reports at the corrected root: their own integration error, what the correction moved, and what it may still move.
   void report_bounds(const std::vector<Report>& loose, const std::vector<Report>& tight, const Eigen::VectorXd& correction,
-                     const Eigen::VectorXd& floor, double rounding) {
+                     const Eigen::MatrixXd& inverse, const Eigen::VectorXd& rounding) {
     solution_.reports.clear();
     for (std::size_t i = 0; i < tight.size(); ++i) {
-      double moved = 0.0;
-      double movable = rounding * std::abs(tight[i].value.value);
-      for (const auto& entry : tight[i].value.gradient()) {
-        moved += entry.derivative * correction[entry.column];
-        movable += std::abs(entry.derivative) * floor[entry.column];
-      }
       const double value = tight[i].value.value;
+      Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(shooting_.size());
+      for (const auto& entry : tight[i].value.gradient()) gradient[entry.column] = entry.derivative;
+      const double moved = gradient.dot(correction);
+      const double movable = (gradient * inverse).cwiseAbs().dot(rounding) +
+                             4.0 * std::numeric_limits<double>::epsilon() * std::abs(value);
       solution_.reports.push_back({tight[i].name, tight[i].unit, value - moved,
                                    std::abs(value - loose[i].value.value) + std::abs(moved) + movable});
     }
@@ -206,6 +212,7 @@ class Solver {
   Kinsol newton_;
   Statistics before_;
   Solution solution_;
+  double correction_ = 0.0;  ///< the last, scaled
 };
 
 }  // namespace

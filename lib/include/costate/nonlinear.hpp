@@ -47,7 +47,7 @@ struct NewtonResult {
   int iterations = 0;
   long residual_evaluations = 0;
   double residual_norm = 0.0;  ///< scaled 2-norm of R at the last point
-  std::string message;         ///< of the last excursion from the domain, if any
+  std::string message{};       ///< of the last excursion from the domain, if any
   [[nodiscard]] bool converged() const { return termination == Termination::converged; }
 };
 

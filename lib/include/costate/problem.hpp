@@ -67,6 +67,9 @@ class Problem {
   /// Names of the kinds of the arcs, in order of time.
   [[nodiscard]] const std::vector<std::string>& structure() const { return structure_; }
 
+  /// Place of a named unknown. \throws BadInput if there is none of that name.
+  [[nodiscard]] Eigen::Index place_of(const std::string& unknown) const;
+
   /// The shooting function: reads unknowns and parameters, integrates arcs, sets every row, reports results.
   virtual void shoot(Shot& shot) const = 0;
 

@@ -33,7 +33,8 @@ struct ArcRecord {
   int arc = 0;
   const Field* field = nullptr;
   double t0 = 0.0, t1 = 0.0, clock = 0.0;
-  Eigen::VectorXd state, quadrature, parameter;
+  Eigen::VectorXd state, quadrature, parameter;  ///< z, w at t0; p
+  Eigen::VectorXd end_state;                     ///< z at t1
   std::vector<double> constants;  ///< the problem's constants of motion, as given to Shot::complete
 };
 

@@ -80,15 +80,28 @@ struct LimitingFriction {
 /// The free arc as it is integrated: z = (φ, λφ), p = (λx, λy), w = (x, y). A pendulum in 2φ.
 using FreeArc = Pontryagin<FreeRolling, FastestRolling>;
 
-/// The saturated arc as it is integrated: z = (φ, V, V'), w = (x, y). The constraint, differentiated once, is Duffing's equation
-/// V'' = 2V³ − V; unlike V' = ±√(κ² − V²Ω²) it passes through a turning point of V. The costates are algebraic: λx, λy are
-/// constant and λφ − λx y + λy x is.
+/// The saturated arc as it is integrated: z = (φ, ν, V', λφ) with V = V₁ + ℓν, p = (λx, λy, V₁, ℓ), w = (x, y, q₁, q₂).
+///
+/// The constraint, differentiated once, is Duffing's equation V'' = 2V³ − V; unlike V' = ±√(κ² − V²Ω²) it passes through a turning
+/// point of V. S = λ_V V' = 1 − A V − λφ Ω obeys S' = −V' G with G = H_V at λ_V = 0, G = A − λφ V/Ω, and
+///
+///     G' = A_φ/Ω − λφ V'/Ω³,   q₁ = ∫G'/ℓ dt,   q₂ = ∫G' ν/ℓ dt,   S = S₁ − ℓ ν G₁ − ℓ²(ν q₁ − q₂).
+///
+/// On a short arc S is of the order of the duration squared while its terms are of order one. With ℓ the duration, ν, q₁ and
+/// q₂ are of order one too, so S/ℓ² keeps its digits however short the arc.
 struct SaturatedArc {
-  static constexpr int states = 3, parameters = 0, quadratures = 2;
+  static constexpr int states = 4, parameters = 4, quadratures = 4;
   template <class S>
-  Rates<S, 3, 2> rates(const S&, const Vec<S, 3>& z, const Vec<S, 0>&) const {
-    const auto& [phi, V, acceleration] = z;
-    return {{sqrt(1.0 - V * V), acceleration, V * (2.0 * V * V - 1.0)}, {V * cos(phi), V * sin(phi)}};
+  Rates<S, 4, 4> rates(const S&, const Vec<S, 4>& z, const Vec<S, 4>& p) const {
+    const auto& [phi, nu, acceleration, lambda_phi] = z;
+    const auto& [lambda_x, lambda_y, V1, scale] = p;
+    const S V = V1 + scale * nu;
+    const S Omega = sqrt(1.0 - V * V);
+    const S cosine = cos(phi), sine = sin(phi);
+    const S A_phi = lambda_y * cosine - lambda_x * sine;
+    const S G_rate = (A_phi - lambda_phi * acceleration / (Omega * Omega)) / (Omega * scale);
+    return {{Omega, acceleration / scale, V * (2.0 * V * V - 1.0), -V * A_phi},
+            {V * cosine, V * sine, G_rate, G_rate * nu}};
   }
 };
 
@@ -122,8 +135,8 @@ enum ScenePlace : std::size_t { x_place, y_place, heading_place, radius_place, s
 /// middle the system stays well conditioned where the forward one of [O] (4.33)–(4.38) does not. Unknowns: φ₁, λx, λy, what
 /// the anchor needs besides, and the durations; in units of L, T and c₁.
 ///
-/// A saturated arc that starts from the anchor has S = λ_V V' = 1 − A V − λφ Ω = 0 there, and must have it at its far end. That row is
-/// divided by the square of the duration (by the duration, if the arc began at a switch of V'), which removes the root of
+/// A saturated arc that starts from the anchor has S = λ_V V' = 0 there, and must have it at its far end. That row is divided
+/// by the square of the duration (by the duration, if the arc began at a switch of V'), which removes the root of
 /// vanishing duration that the equations of [O] have for every k_f.
 ///
 /// Reports: final_time, t1, t2, …, lambda_x, lambda_y, lambda_phi0, V0, Omega0.

@@ -31,7 +31,7 @@ struct Followed {
 /// Called at every accepted point; returning true stops the path there.
 using Monitor = std::function<bool(const Eigen::VectorXd& y, const std::vector<double>& parameters)>;
 
-/// Follows R(y; p) = 0 from the solution y at the shooting's present parameters to `target` along the straight line between,
+/// Follows R(y; p) = 0 from the solution near y at the shooting's present parameters to `target` along the straight line between,
 /// by tangent prediction dy/ds = −R_y⁻¹ R_p dp/ds (exact, from sensitivities) and Newton correction. The step doubles when the
 /// correction is easy and halves when it fails. Leaves the shooting at the parameters reached.
 [[nodiscard]] Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<double>& target,

@@ -35,6 +35,9 @@ class Shooting final : public NonlinearSystem {
   [[nodiscard]] Eigen::MatrixXd jacobian(const Shot& shot) const;
   [[nodiscard]] Eigen::VectorXd path_derivative(const Shot& shot) const;
 
+  /// Size of the Newton correction at y, max |(J⁻¹R)ⱼ| / scaleⱼ: how far y is from the root, whatever the rows are scaled by.
+  [[nodiscard]] double correction(const Eigen::VectorXd& y);
+
   [[nodiscard]] Eigen::VectorXd unknown_scales() const;
   [[nodiscard]] Eigen::VectorXd row_scales() const;
   [[nodiscard]] Statistics statistics() const { return flows_.statistics(); }

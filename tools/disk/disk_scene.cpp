@@ -1,0 +1,132 @@
+#include "disk_scene.hpp"
+
+#include "structure_search.hpp"
+
+#include <costate/error.hpp>
+#include <costate/shooting/continuation.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate::disk {
+
+namespace {
+
+struct FrictionRange {
+  double least, most;
+};
+
+/// Extremes of the friction a free arc uses, |λ| |Ω| with Ω² = 1 − A²: at its ends, where A = 0 (most) and where A is extreme
+/// (least), as far as the arc gets there. In units of c₁²/(g L).
+FrictionRange friction_range(const Solution& free) {
+  const ArcTrace& arc = free.arcs.front();
+  const double lambda_x = arc.record.constants[0];
+  const double lambda_y = arc.record.constants[1];
+  const double lambda = std::hypot(lambda_x, lambda_y);
+  const double direction = std::atan2(lambda_y, lambda_x);
+  double lowest = arc.record.state[0], highest = lowest;
+  bool turns_back = false;
+  for (const auto& piece : arc.trajectory.pieces()) {
+    lowest = std::min(lowest, piece.taylor(0, 0));
+    highest = std::max(highest, piece.taylor(0, 0));
+    turns_back = turns_back || piece.taylor(1, 0) <= 0.0;
+  }
+  const auto friction = [&](double phi) {
+    const double A = lambda * std::cos(phi - direction);
+    return lambda * std::sqrt(std::max(0.0, 1.0 - A * A));
+  };
+  FrictionRange range{std::min(friction(lowest), friction(highest)), std::max(friction(lowest), friction(highest))};
+  if (turns_back) range.least = 0.0;
+  const double quarter = std::numbers::pi / 2;
+  const double first = std::ceil((lowest - direction) / quarter);
+  for (double i = first; direction + i * quarter < highest; ++i) {
+    range.least = std::min(range.least, friction(direction + i * quarter));
+    range.most = std::max(range.most, friction(direction + i * quarter));
+  }
+  return range;
+}
+
+void add(Cost& total, const Cost& part) {
+  total.steps += part.steps;
+  total.rhs_evaluations += part.rhs_evaluations;
+  total.sensitivity_evaluations += part.sensitivity_evaluations;
+  total.newton_iterations += part.newton_iterations;
+}
+
+/// The unlimited solution, from the disk that turns on the spot.
+Solution solve_free(const Scene& scene, const SolveOptions& options, Cost& cost) {
+  Scene unlimited = scene;
+  unlimited.friction.reset();
+  Scene spot = unlimited;
+  spot.x = spot.y = 0.0;
+  Shooting shooting(make_problem(spot, {{ArcKind::free}}));
+  const Eigen::Vector3d turning{std::numbers::pi / 2, 0.0, std::abs(scene.heading)};
+  const Followed path = follow(shooting, turning, parameters(unlimited, false));
+  cost.newton_iterations += path.newton_iterations;
+  if (!path.reached) {
+    Solution failed;
+    failed.message = fmt::format("the solution with unlimited friction was not found: {}; try a nearer end point or a larger "
+                                 "radius (distances much beyond 15 r are out of reach of single shooting)",
+                                 path.message);
+    return failed;
+  }
+  Solution solution = solve(shooting, path.y, options);
+  const Statistics all = shooting.statistics();
+  cost.steps += all.steps;
+  cost.rhs_evaluations += all.rhs_evaluations;
+  cost.sensitivity_evaluations += all.sensitivity_evaluations;
+  cost.newton_iterations += solution.cost.newton_iterations;
+  return solution;
+}
+
+}  // namespace
+
+std::optional<double> least_friction(const Scene& scene) {
+  const double half = 0.5 * std::abs(scene.heading);
+  const double y = scene.heading < 0.0 ? -scene.y : scene.y;
+  const double chord = std::hypot(scene.x, scene.y);
+  const double off_axis = scene.x * std::sin(half) - y * std::cos(half);
+  const double along = scene.x * std::cos(half) + y * std::sin(half);
+  if (!(half < std::numbers::pi && chord > 0.0 && along > 0.0 && std::abs(off_axis) <= 1e-12 * chord)) return std::nullopt;
+  const double R = chord / (2.0 * std::sin(half));
+  const double L = scene.radius / std::sqrt(6.0);
+  return scene.speed * scene.speed * R / (scene.gravity * (R * R + L * L));
+}
+
+Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
+  const double began = thread_seconds();
+  Outcome outcome;
+  const auto finish = [&](Outcome::Status status, std::string message) {
+    outcome.status = status;
+    outcome.message = std::move(message);
+    outcome.cost.seconds = thread_seconds() - began;
+    return outcome;
+  };
+
+  outcome.k_min = least_friction(scene);
+  if (scene.friction && outcome.k_min && *scene.friction < *outcome.k_min) {
+    return finish(Outcome::Status::infeasible,
+                  fmt::format("friction = {:g} is too little: below k_min = {:.12g} no motion of this scene turns monotonically "
+                              "to its end heading",
+                              *scene.friction, *outcome.k_min));
+  }
+  Solution free = solve_free(scene, options, outcome.cost);
+  if (!free.solved()) return finish(Outcome::Status::failed, free.message);
+
+  const double length = scene.radius / std::sqrt(6.0);
+  const double unit = scene.speed * scene.speed / (scene.gravity * length);
+  const FrictionRange range = friction_range(free);
+  outcome.F_max = unit * range.most;
+  outcome.F_min = unit * range.least;
+  if (!scene.friction || *scene.friction >= *outcome.F_max) {
+    outcome.solution = std::move(free);
+    return finish(Outcome::Status::solved, "");
+  }
+  StructureSearch search(scene, free, options);
+  outcome.solution = search.run();
+  add(outcome.cost, search.cost());
+  return finish(outcome.solution.solved() ? Outcome::Status::solved : Outcome::Status::failed, outcome.solution.message);
+}
+
+}  // namespace costate::disk

@@ -1,0 +1,37 @@
+/// \file
+/// From a scene of the rolling disk to its solution, with no guess asked: the scene decides the arcs.
+#pragma once
+
+#include <costate/models/disk.hpp>
+#include <costate/shooting/solve.hpp>
+
+namespace costate::disk {
+
+/// What became of a scene.
+struct Outcome {
+  enum class Status { solved, infeasible, failed };
+  Status status = Status::failed;
+  std::string message;               ///< why not solved, or empty
+  Solution solution;                 ///< of the scene; meaningful if solved
+  std::optional<double> F_max;       ///< largest and smallest friction coefficient the unlimited solution uses
+  std::optional<double> F_min;
+  std::optional<double> k_min;       ///< below it no motion with monotone heading exists; known for symmetric scenes
+  Cost cost;                         ///< of everything done
+};
+
+/// Solves a scene.
+///
+/// First the disk with unlimited friction, one free arc, by continuation in the end point from the disk that turns on the
+/// spot (x_f = y_f = 0: λx = λy = 0, t_f = |φ_f| L/c₁). If the scene has no friction coefficient, or one that never binds, that
+/// is the answer. Otherwise k_f is followed down from where it begins to bind. Saturated arcs are born where the free one
+/// touches the limit: at an end with t ≈ 1.5 δ/|F'|, δ the excess of friction there; inside with a half-width √3 times
+/// that of the interval in excess. A free arc that has shrunk to nothing leaves two saturated arcs.
+///
+/// \throws BadInput for a scene value out of range (see check_scene).
+[[nodiscard]] Outcome solve_scene(const Scene& scene, const SolveOptions& options);
+
+/// The least friction coefficient of a symmetric scene (chord at half the end heading): that of the circular arc at constant
+/// speed, c₁² R/(g (R² + L²)), R the circle's radius. Nothing for other scenes.
+[[nodiscard]] std::optional<double> least_friction(const Scene& scene);
+
+}  // namespace costate::disk
