@@ -18,23 +18,24 @@ Statistics& Statistics::operator+=(const Statistics& other) {
 }
 
 /// CVODES for one field, one method and one number of directions.
+///
+/// Quadratures are appended to the state it integrates, y = (z, w), and take no part in anything else. CVODES has a mode of its
+/// own for them, but in release 6.4.1 (and 7.5.0) its quadrature sensitivities are wrong with Adams' method: cvAdjustAdams
+/// changes the order of every history array but theirs.
 class Flow::Integrator {
  public:
   Integrator(const Field& field, Method method, int directions)
       : field_(field),
         method_(method),
+        n_(field.states()),
+        k_(field.quadratures()),
         d_(directions),
         context_(sundials::make_context()),
-        z_(owned(N_VNew_Serial(field.states(), context_.get()), "N_VNew_Serial")),
-        w_(owned(N_VNew_Serial(field.quadratures(), context_.get()), "N_VNew_Serial")),
-        zs_(z_.get(), d_),
-        ws_(w_.get(), d_) {
-    s_.resize(field.states(), d_);
-    ds_.resize(field.states(), d_);
-    dws_.resize(field.quadratures(), d_);
-    dw_.resize(field.quadratures());
-    dz_.resize(field.states());
-  }
+        y_(owned(N_VNew_Serial(n_ + k_, context_.get()), "N_VNew_Serial")),
+        ys_(y_.get(), d_),
+        s_(n_, d_),
+        ds_(n_, d_),
+        dws_(k_, d_) {}
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
   ~Integrator() { CVodeFree(&memory_); }
@@ -45,20 +46,18 @@ class Flow::Integrator {
              const FlowOptions& options) {
     p_ = p;
     sigma_ = directions.parameter;
-    view(z_.get()) = z0;
-    view(w_.get()).setZero();
+    view(y_.get()).head(n_) = z0;
+    view(y_.get()).tail(k_).setZero();
     for (int j = 0; j < d_; ++j) {
-      view(zs_[j]) = directions.state.col(j);
-      view(ws_[j]).setZero();
+      view(ys_[j]).head(n_) = directions.state.col(j);
+      view(ys_[j]).tail(k_).setZero();
     }
     gate_.clear();
     if (memory_ == nullptr) {
       create(t0);
     } else {
-      check(CVodeReInit(memory_, t0, z_.get()), "CVodeReInit");
-      if (quadratures()) check(CVodeQuadReInit(memory_, w_.get()), "CVodeQuadReInit");
-      if (d_ > 0) check(CVodeSensReInit(memory_, CV_SIMULTANEOUS, zs_.get()), "CVodeSensReInit");
-      if (d_ > 0 && quadratures()) check(CVodeQuadSensReInit(memory_, ws_.get()), "CVodeQuadSensReInit");
+      check(CVodeReInit(memory_, t0, y_.get()), "CVodeReInit");
+      if (d_ > 0) check(CVodeSensReInit(memory_, CV_SIMULTANEOUS, ys_.get()), "CVodeSensReInit");
     }
     set_tolerances(options.tolerance);
     check(CVodeSetMaxNumSteps(memory_, options.max_steps), "CVodeSetMaxNumSteps");
@@ -68,48 +67,34 @@ class Flow::Integrator {
   /// Integrates to t1 and fills `end`.
   void finish(double t1, FlowEnd& end, Statistics& statistics) {
     double t = 0.0;
-    advance(t1, CV_NORMAL, t);
-    end.state = view(z_.get());
-    end.quadrature.resize(field_.quadratures());
-    end.state_directions.resize(field_.states(), d_);
-    end.quadrature_directions.resize(field_.quadratures(), d_);
-    if (quadratures()) {
-      check(CVodeGetQuad(memory_, &t, w_.get()), "CVodeGetQuad");
-      end.quadrature = view(w_.get());
-    }
-    if (d_ > 0) {
-      check(CVodeGetSens(memory_, &t, zs_.get()), "CVodeGetSens");
-      for (int j = 0; j < d_; ++j) end.state_directions.col(j) = view(zs_[j]);
-    }
-    if (d_ > 0 && quadratures()) {
-      check(CVodeGetQuadSens(memory_, &t, ws_.get()), "CVodeGetQuadSens");
-      for (int j = 0; j < d_; ++j) end.quadrature_directions.col(j) = view(ws_[j]);
+    advance(t1, CV_NORMAL, t, statistics);
+    end.state = view(y_.get()).head(n_);
+    end.quadrature = view(y_.get()).tail(k_);
+    end.state_directions.resize(n_, d_);
+    end.quadrature_directions.resize(k_, d_);
+    if (d_ > 0) check(CVodeGetSens(memory_, &t, ys_.get()), "CVodeGetSens");
+    for (int j = 0; j < d_; ++j) {
+      end.state_directions.col(j) = view(ys_[j]).head(n_);
+      end.quadrature_directions.col(j) = view(ys_[j]).tail(k_);
     }
     count(statistics);
   }
 
   void record(double t1, const Eigen::VectorXd& w0, Trajectory& trajectory, Statistics& statistics) {
-    const int n = field_.states();
-    const int k = field_.quadratures();
-    const auto dz = owned(N_VClone(z_.get()), "N_VClone");
-    const auto dw = owned(N_VClone(w_.get()), "N_VClone");
+    const auto derivative = owned(N_VClone(y_.get()), "N_VClone");
     double t = trajectory.start_time();
     while (t != t1) {
-      advance(t1, CV_ONE_STEP, t);
+      advance(t1, CV_ONE_STEP, t, statistics);
       int order = 0;
       check(CVodeGetLastOrder(memory_, &order), "CVodeGetLastOrder");
-      Eigen::MatrixXd taylor(n + k, order + 1);
+      Eigen::MatrixXd taylor(n_ + k_, order + 1);
       double factorial = 1.0;
       for (int j = 0; j <= order; ++j) {
         if (j > 1) factorial *= j;
-        check(CVodeGetDky(memory_, t, j, dz.get()), "CVodeGetDky");
-        taylor.col(j).head(n) = view(dz.get()) / factorial;
-        if (k > 0) {
-          check(CVodeGetQuadDky(memory_, t, j, dw.get()), "CVodeGetQuadDky");
-          taylor.col(j).tail(k) = view(dw.get()) / factorial;
-        }
+        check(CVodeGetDky(memory_, t, j, derivative.get()), "CVodeGetDky");
+        taylor.col(j) = view(derivative.get()) / factorial;
       }
-      taylor.col(0).tail(k) += w0;
+      taylor.col(0).tail(k_) += w0;
       trajectory.append({t, std::move(taylor)});
     }
     count(statistics);
@@ -135,8 +120,6 @@ class Flow::Integrator {
     N_Vector* array_;
   };
 
-  [[nodiscard]] bool quadratures() const { return field_.quadratures() > 0; }
-
   // CVODES wants the method, the right-hand sides and the tolerances before the solvers, and the solver of the
   // simultaneous corrector after the sensitivities.
   void create(double t0) {
@@ -144,34 +127,26 @@ class Flow::Integrator {
     memory_ = CVodeCreate(adams ? CV_ADAMS : CV_BDF, context_.get());
     if (memory_ == nullptr) throw InternalError("CVodeCreate returned no object");
     check(CVodeSetErrHandlerFn(memory_, sundials::keep_message, &message_), "CVodeSetErrHandlerFn");
-    check(CVodeInit(memory_, rates, t0, z_.get()), "CVodeInit");
+    check(CVodeInit(memory_, rates, t0, y_.get()), "CVodeInit");
     check(CVodeSetUserData(memory_, this), "CVodeSetUserData");
-    if (quadratures()) {
-      check(CVodeQuadInit(memory_, quadrature_rates, w_.get()), "CVodeQuadInit");
-      check(CVodeSetQuadErrCon(memory_, SUNTRUE), "CVodeSetQuadErrCon");
-    }
     if (d_ > 0) {
-      check(CVodeSensInit(memory_, d_, CV_SIMULTANEOUS, sensitivity_rates, zs_.get()), "CVodeSensInit");
+      check(CVodeSensInit(memory_, d_, CV_SIMULTANEOUS, sensitivity_rates, ys_.get()), "CVodeSensInit");
       check(CVodeSetSensErrCon(memory_, SUNTRUE), "CVodeSetSensErrCon");
-    }
-    if (d_ > 0 && quadratures()) {
-      check(CVodeQuadSensInit(memory_, quadrature_sensitivity_rates, ws_.get()), "CVodeQuadSensInit");
-      check(CVodeSetQuadSensErrCon(memory_, SUNTRUE), "CVodeSetQuadSensErrCon");
     }
     set_tolerances({});
     if (adams) {
       // CVODES initialises the solver without sensitivities too, whether it will be used or not.
-      nonlinear_ = owned(SUNNonlinSol_FixedPoint(z_.get(), 0, context_.get()), "SUNNonlinSol_FixedPoint");
+      nonlinear_ = owned(SUNNonlinSol_FixedPoint(y_.get(), 0, context_.get()), "SUNNonlinSol_FixedPoint");
       check(CVodeSetNonlinearSolver(memory_, nonlinear_.get()), "CVodeSetNonlinearSolver");
     } else {
-      matrix_ = owned(SUNDenseMatrix(field_.states(), field_.states(), context_.get()), "SUNDenseMatrix");
-      linear_ = owned(SUNLinSol_Dense(z_.get(), matrix_.get(), context_.get()), "SUNLinSol_Dense");
+      matrix_ = owned(SUNDenseMatrix(n_ + k_, n_ + k_, context_.get()), "SUNDenseMatrix");
+      linear_ = owned(SUNLinSol_Dense(y_.get(), matrix_.get(), context_.get()), "SUNLinSol_Dense");
       check(CVodeSetLinearSolver(memory_, linear_.get(), matrix_.get()), "CVodeSetLinearSolver");
       check(CVodeSetJacFn(memory_, jacobian), "CVodeSetJacFn");
     }
     if (d_ > 0) {
-      simultaneous_ = owned(adams ? SUNNonlinSol_FixedPointSens(d_ + 1, z_.get(), 0, context_.get())
-                                  : SUNNonlinSol_NewtonSens(d_ + 1, z_.get(), context_.get()),
+      simultaneous_ = owned(adams ? SUNNonlinSol_FixedPointSens(d_ + 1, y_.get(), 0, context_.get())
+                                  : SUNNonlinSol_NewtonSens(d_ + 1, y_.get(), context_.get()),
                             "SUNNonlinSol_…Sens");
       check(CVodeSetNonlinearSolverSensSim(memory_, simultaneous_.get()), "CVodeSetNonlinearSolverSensSim");
     }
@@ -180,25 +155,20 @@ class Flow::Integrator {
   // A direction of size |s₀| carries an error |s₀| times that of a unit direction: its absolute tolerance follows.
   void set_tolerances(const Tolerance& tolerance) {
     check(CVodeSStolerances(memory_, tolerance.relative, tolerance.absolute), "CVodeSStolerances");
-    if (quadratures()) {
-      check(CVodeQuadSStolerances(memory_, tolerance.relative, tolerance.absolute), "CVodeQuadSStolerances");
-    }
     if (d_ == 0) return;
     absolute_.resize(static_cast<std::size_t>(d_));
     for (int j = 0; j < d_; ++j) {
-      const double size = std::max(N_VMaxNorm(zs_[j]), sigma_.size() > 0 ? sigma_.col(j).cwiseAbs().maxCoeff() : 0.0);
+      const double size = std::max(N_VMaxNorm(ys_[j]), sigma_.size() > 0 ? sigma_.col(j).cwiseAbs().maxCoeff() : 0.0);
       absolute_[static_cast<std::size_t>(j)] = tolerance.absolute * std::max(size, 1.0);
     }
     check(CVodeSensSStolerances(memory_, tolerance.relative, absolute_.data()), "CVodeSensSStolerances");
-    if (quadratures()) {
-      check(CVodeQuadSensSStolerances(memory_, tolerance.relative, absolute_.data()), "CVodeQuadSensSStolerances");
-    }
   }
 
-  void advance(double t1, int task, double& t) {
-    const int flag = CVode(memory_, t1, z_.get(), &t, task);
-    gate_.rethrow();
+  void advance(double t1, int task, double& t, Statistics& statistics) {
+    const int flag = CVode(memory_, t1, y_.get(), &t, task);
     if (flag >= 0) return;
+    count(statistics);
+    gate_.rethrow();
     double reached = 0.0;
     check(CVodeGetCurrentTime(memory_, &reached), "CVodeGetCurrentTime");
     throw LeftDomain(fmt::format("integration stopped at t = {:.6g}: {}", reached, reason(flag)));
@@ -216,12 +186,8 @@ class Flow::Integrator {
       case CV_FIRST_RHSFUNC_ERR:
       case CV_REPTD_RHSFUNC_ERR:
       case CV_UNREC_RHSFUNC_ERR:
-      case CV_FIRST_QRHSFUNC_ERR:
-      case CV_REPTD_QRHSFUNC_ERR:
       case CV_FIRST_SRHSFUNC_ERR:
       case CV_REPTD_SRHSFUNC_ERR:
-      case CV_FIRST_QSRHSFUNC_ERR:
-      case CV_REPTD_QSRHSFUNC_ERR:
         return "the right-hand side is not finite" + (gate_.reason().empty() ? "" : ": " + gate_.reason());
       default: throw InternalError(fmt::format("CVode failed with flag {}: {}", flag, message_));
     }
@@ -242,57 +208,50 @@ class Flow::Integrator {
 
   static Integrator& self(void* data) { return *static_cast<Integrator*>(data); }
 
-  static int rates(double t, N_Vector z, N_Vector dz, void* data) {
-    Integrator& i = self(data);
-    return i.gate_.guarded([&] { return i.field_.rates(t, view(z), i.p_, view(dz), i.dw_); });
-  }
-  static int quadrature_rates(double t, N_Vector z, N_Vector dw, void* data) {
-    Integrator& i = self(data);
-    return i.gate_.guarded([&] { return i.field_.rates(t, view(z), i.p_, i.dz_, view(dw)); });
-  }
-  static int jacobian(double t, N_Vector z, N_Vector, SUNMatrix j, void* data, N_Vector, N_Vector, N_Vector) {
+  static int rates(double t, N_Vector y, N_Vector dy, void* data) {
     Integrator& i = self(data);
     return i.gate_.guarded([&] {
-      const auto n = SUNDenseMatrix_Rows(j);
-      return i.field_.jacobian(t, view(z), i.p_, Eigen::Map<Eigen::MatrixXd>(SUNDenseMatrix_Data(j), n, n));
+      auto rate = view(dy);
+      return i.field_.rates(t, view(y).head(i.n_), i.p_, rate.head(i.n_), rate.tail(i.k_));
     });
   }
-  static int sensitivity_rates(int d, double t, N_Vector z, N_Vector, N_Vector* s, N_Vector* ds, void* data, N_Vector,
+  static int jacobian(double t, N_Vector y, N_Vector, SUNMatrix j, void* data, N_Vector, N_Vector, N_Vector) {
+    Integrator& i = self(data);
+    return i.gate_.guarded([&] {
+      const int size = i.n_ + i.k_;
+      Eigen::Map<Eigen::MatrixXd> whole(SUNDenseMatrix_Data(j), size, size);
+      // Nothing depends on w; the rows of w' are left out too: they only make w explicit, which costs no stability.
+      whole.setZero();
+      return i.field_.jacobian(t, view(y).head(i.n_), i.p_, whole.topLeftCorner(i.n_, i.n_));
+    });
+  }
+  static int sensitivity_rates(int d, double t, N_Vector y, N_Vector, N_Vector* s, N_Vector* ds, void* data, N_Vector,
                                N_Vector) {
     Integrator& i = self(data);
     return i.gate_.guarded([&] {
-      const bool finite = i.evaluate_sensitivities(d, t, z, s);
-      for (int j = 0; j < d; ++j) view(ds[j]) = i.ds_.col(j);
+      for (int j = 0; j < d; ++j) i.s_.col(j) = view(s[j]).head(i.n_);
+      const bool finite = i.field_.sensitivities(t, view(y).head(i.n_), i.p_, i.s_, i.sigma_, i.ds_, i.dws_);
+      for (int j = 0; j < d; ++j) {
+        view(ds[j]).head(i.n_) = i.ds_.col(j);
+        view(ds[j]).tail(i.k_) = i.dws_.col(j);
+      }
       return finite;
     });
-  }
-  static int quadrature_sensitivity_rates(int d, double t, N_Vector z, N_Vector* s, N_Vector, N_Vector* dws, void* data,
-                                          N_Vector, N_Vector) {
-    Integrator& i = self(data);
-    return i.gate_.guarded([&] {
-      const bool finite = i.evaluate_sensitivities(d, t, z, s);
-      for (int j = 0; j < d; ++j) view(dws[j]) = i.dws_.col(j);
-      return finite;
-    });
-  }
-  bool evaluate_sensitivities(int d, double t, N_Vector z, N_Vector* s) {
-    for (int j = 0; j < d; ++j) s_.col(j) = view(s[j]);
-    return field_.sensitivities(t, view(z), p_, s_, sigma_, ds_, dws_);
   }
 
   const Field& field_;
   Method method_;
-  int d_;
+  int n_, k_, d_;  // states, quadratures, directions
   sundials::ExceptionGate gate_;
   sundials::Context context_;
-  sundials::Vector z_, w_;
-  VectorArray zs_, ws_;
+  sundials::Vector y_;
+  VectorArray ys_;
   sundials::Matrix matrix_;
   sundials::LinearSolver linear_;
   sundials::NonlinearSolver nonlinear_, simultaneous_;
   void* memory_ = nullptr;
   std::string message_;
-  Eigen::VectorXd p_, dz_, dw_;
+  Eigen::VectorXd p_;
   Eigen::MatrixXd sigma_, s_, ds_, dws_;
   std::vector<double> absolute_;
 };
