@@ -158,7 +158,6 @@ class Solver {
       solution_.y -= correction;
       report_bounds(loose, shot.reports(), correction, inverse, rounding);
       report_unknowns(correction.cwiseAbs() + inverse.cwiseAbs() * rounding);
-      record_residual(residual, correction, jacobian);
       return true;
     } catch (const LeftDomain& failure) {
       solution_.message = fmt::format("the root found cannot be verified: {}", failure.what());
@@ -188,13 +187,6 @@ class Solver {
       solution_.reports.push_back({tight[i].name, tight[i].unit, value - moved,
                                    std::abs(value - loose[i].value.value) + std::abs(moved) + movable});
     }
-  }
-
-  void record_residual(const Eigen::VectorXd& before, const Eigen::VectorXd& correction, const Eigen::MatrixXd& jacobian) {
-    const Eigen::VectorXd after = (before - jacobian * correction).cwiseQuotient(shooting_.row_scales());
-    Eigen::Index worst = 0;
-    solution_.certificate.largest_residual = after.cwiseAbs().maxCoeff(&worst);
-    solution_.certificate.largest_row = shooting_.problem().rows()[static_cast<std::size_t>(worst)].name;
   }
 
   /// Refuses roots that are no solutions, and keeps the trajectory of those that are.

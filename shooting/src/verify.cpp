@@ -62,6 +62,10 @@ std::string verify_root(Shooting& shooting, double accuracy, Solution& solution)
   if (std::string objection = outside_domain(shooting.problem(), solution.y); !objection.empty()) return objection;
   try {
     const Shot shot = shooting.evaluate(solution.y);
+    Eigen::Index worst = 0;
+    solution.certificate.largest_residual =
+        shooting.residual(shot).cwiseQuotient(shooting.row_scales()).cwiseAbs().maxCoeff(&worst);
+    solution.certificate.largest_row = shooting.problem().rows()[static_cast<std::size_t>(worst)].name;
     solution.arcs = trace(shooting, shot);
   } catch (const LeftDomain& failure) {
     return fmt::format("the solution cannot be integrated at its own root: {}", failure.what());

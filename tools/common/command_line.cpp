@@ -1,0 +1,118 @@
+#include "command_line.hpp"
+
+#include "output.hpp"
+
+#include <costate/error.hpp>
+#include <costate/shooting/solve.hpp>
+
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate::tools {
+
+bool Range::admits(double value) const { return value >= lower && value <= upper && !(nonzero && value == 0.0); }
+
+std::string Range::describe() const {
+  return fmt::format("{:g} … {:g}{}{}{}", lower, upper, unit.empty() ? "" : " ", unit, nonzero ? ", not 0" : "");
+}
+
+double parse_number(const std::string& flag, const std::string& text, const Range& range) {
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  if (begin != end && *begin == '+') ++begin;
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (begin == end || stop != end || (error != std::errc{} && error != std::errc::result_out_of_range)) {
+    throw BadInput(fmt::format("{} '{}' is not a number: admissible {}", flag, text, range.describe()));
+  }
+  if (error == std::errc::result_out_of_range || !range.admits(value)) {
+    throw BadInput(fmt::format("{} {} is not admissible: admissible {}", flag, text, range.describe()));
+  }
+  return value;
+}
+
+CommandLine::CommandLine(const std::string& tool, const std::string& description) : app_(description, tool), tool_(tool) {
+  app_.set_version_flag("--version", fmt::format("{} {}", tool, COSTATE_VERSION), "Print the version and exit");
+  app_.set_help_flag("--help", "Print this help and exit");
+  app_.get_formatter()->column_width(34);
+  app_.allow_windows_style_options(false);
+}
+
+CommandLine::Number& CommandLine::add(const std::string& flag, const Range& range, const std::string& help) {
+  numbers_.push_back(std::make_unique<Number>(Number{flag, "", nullptr, range, {}}));
+  Number& number = *numbers_.back();
+  number.option = app_.add_option(flag, number.text, help)->type_name(range.unit.empty() ? "NUMBER" : range.unit);
+  return number;
+}
+
+void CommandLine::number(const std::string& flag, double& target, const Range& range, const std::string& help) {
+  add(flag, range, fmt::format("{} [{:.12g}]; {}", help, target, range.describe())).store = [&target](double v) { target = v; };
+}
+
+void CommandLine::number(const std::string& flag, std::optional<double>& target, const Range& range,
+                         const std::string& help) {
+  add(flag, range, fmt::format("{}; {}", help, range.describe())).store = [&target](double v) { target = v; };
+}
+
+void CommandLine::toggle(const std::string& flag, bool& target, const std::string& help) { app_.add_flag(flag, target, help); }
+
+void CommandLine::solver_flags() {
+  number("--accuracy", accuracy, {finest_accuracy, coarsest_accuracy, ""},
+         "Wanted absolute error (relative above 1) of times and unknowns");
+  auto* json_flag = app_.add_flag("--json", json, "Print one JSON object");
+  app_.add_option("--csv", csv, "Write the trajectory to a file, - for standard output")->type_name("FILE")->excludes(json_flag);
+  app_.add_flag("--quiet", quiet, "Print no table; the exit status tells");
+}
+
+void CommandLine::store_numbers() {
+  for (const auto& number : numbers_) {
+    if (number->option->count() > 0) number->store(parse_number(number->flag, number->text, number->range));
+  }
+}
+
+std::string CommandLine::explain(const CLI::ParseError& error) const {
+  std::string text = error.what();
+  for (const auto& number : numbers_) {
+    if (text.find(number->flag + ":") != std::string::npos || text.find(number->flag + " ") == 0) {
+      text += fmt::format(" (admissible {})", number->range.describe());
+    }
+  }
+  return text;
+}
+
+std::optional<int> CommandLine::parse(int argc, char** argv) {
+  try {
+    app_.parse(argc, argv);
+    store_numbers();
+    if (!csv.empty()) check_writable("--csv", csv);
+    if (csv.empty() && app_.count("--csv") > 0) throw BadInput("--csv '' is not a file name");
+    return std::nullopt;
+  } catch (const CLI::Success& done) {
+    return app_.exit(done);
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "{}: {}; see --help\n", tool_, explain(error));
+  } catch (const BadInput& error) {
+    fmt::print(stderr, "{}: {}\n", tool_, error.what());
+  }
+  return exit_bad_input;
+}
+
+int run(const std::string& tool, const std::function<int()>& body) {
+  try {
+    const int status = body();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      fmt::print(stderr, "{}: the output could not be written\n", tool);
+      return exit_failed;
+    }
+    return status;
+  } catch (const BadInput& error) {
+    fmt::print(stderr, "{}: {}\n", tool, error.what());
+    return exit_bad_input;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: unexpected failure: {}; please report it with the command line\n", tool, error.what());
+    return exit_failed;
+  }
+}
+
+}  // namespace costate::tools

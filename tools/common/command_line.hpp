@@ -1,0 +1,74 @@
+/// \file
+/// The command line every tool shares: scene flags with ranges and units, accuracy, output.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace costate::tools {
+
+/// Exit statuses of every tool.
+enum ExitStatus { exit_solved = 0, exit_bad_input = 2, exit_infeasible = 3, exit_failed = 4 };
+
+/// Admissible values of a number. A zero that lies inside is admissible unless `nonzero`.
+struct Range {
+  double lower;
+  double upper;
+  std::string unit;
+  bool nonzero = false;
+  [[nodiscard]] bool admits(double value) const;
+  [[nodiscard]] std::string describe() const;
+};
+
+/// Text to a finite number within the range. \throws BadInput naming flag, text and range.
+[[nodiscard]] double parse_number(const std::string& flag, const std::string& text, const Range& range);
+
+/// A tool's command line. Numbers are read as text and checked after all flags are known, so that every message is ours.
+class CommandLine {
+ public:
+  CommandLine(const std::string& tool, const std::string& description);
+
+  /// A number with a default, which `help` need not repeat.
+  void number(const std::string& flag, double& target, const Range& range, const std::string& help);
+  /// A number that may be left out.
+  void number(const std::string& flag, std::optional<double>& target, const Range& range, const std::string& help);
+  /// A switch.
+  void toggle(const std::string& flag, bool& target, const std::string& help);
+  /// Text after the list of flags in --help.
+  void footer(const std::string& text) { app_.footer(text); }
+
+  /// Adds --accuracy, --json, --csv and --quiet.
+  void solver_flags();
+
+  /// Reads the arguments. Returns the exit status if the tool is done (help, version, bad input), nothing if it should go on.
+  [[nodiscard]] std::optional<int> parse(int argc, char** argv);
+
+  double accuracy = 1e-8;
+  bool json = false;
+  bool quiet = false;
+  std::string csv;
+
+ private:
+  struct Number {
+    std::string flag;
+    std::string text;
+    CLI::Option* option = nullptr;
+    Range range;
+    std::function<void(double)> store;
+  };
+  Number& add(const std::string& flag, const Range& range, const std::string& help);
+  void store_numbers();
+  [[nodiscard]] std::string explain(const CLI::ParseError& error) const;
+
+  CLI::App app_;
+  std::string tool_;
+  std::vector<std::unique_ptr<Number>> numbers_;
+};
+
+/// Runs a tool's body: bad input found late is status 2, anything unforeseen status 4, each with a message on stderr.
+int run(const std::string& tool, const std::function<int()>& body);
+
+}  // namespace costate::tools

@@ -1,0 +1,60 @@
+#include "common/command_line.hpp"
+#include "common/output.hpp"
+#include "disk_scene.hpp"
+
+using namespace costate;
+
+namespace {
+
+constexpr const char* description =
+    "Rolling disk in minimum time (Obradovic, Salinic, Radulovic 2017), with limited friction.\n"
+    "Without flags: the case of the paper, x = y = 1 m, heading pi/2, r = sqrt(6) m, c1 = 1 m/s.";
+
+constexpr const char* conventions =
+    "H = -1 + lambda_x V cos(phi) + lambda_y V sin(phi) + lambda_phi Omega + lambda_V V' = 0 is maximised. The disk starts at\n"
+    "x = y = phi = 0; V(0) and V(t_f) are free; V^2 + r^2 Omega^2/6 = c1^2. Headings count every turn; a negative one turns right.\n"
+    "Exit status: 0 solved, 2 bad input, 3 the scene has no solution, 4 not solved.";
+
+tools::Result result_of(const disk::Scene& scene, const disk::Outcome& outcome) {
+  tools::Result result;
+  result.model = "disk";
+  result.title = "Rolling disk in minimum time";
+  result.scene = {{"x", "m", scene.x},           {"y", "m", scene.y},         {"heading", "rad", scene.heading},
+                  {"radius", "m", scene.radius}, {"speed", "m/s", scene.speed}, {"gravity", "m/s^2", scene.gravity},
+                  {"friction", "1", scene.friction}};
+  result.unknowns = {"lambda_x", "lambda_y", "V0", "lambda_phi0", "Omega0"};
+  result.limits = {{"F_max", "1", outcome.F_max}, {"F_min", "1", outcome.F_min}, {"k_min", "1", outcome.k_min}};
+  result.cost = outcome.cost;
+  result.message = outcome.message;
+  switch (outcome.status) {
+    case disk::Outcome::Status::solved:
+      result.status = "solved";
+      result.structure = outcome.solution.problem->structure();
+      result.solution = &outcome.solution;
+      break;
+    case disk::Outcome::Status::infeasible: result.status = "infeasible"; break;
+    case disk::Outcome::Status::failed: result.status = "failed"; break;
+  }
+  return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  disk::Scene scene;
+  tools::CommandLine line("costate-disk", description);
+  line.number("--x", scene.x, {-1e6, 1e6, "m"}, "End point x_f");
+  line.number("--y", scene.y, {-1e6, 1e6, "m"}, "End point y_f");
+  line.number("--heading", scene.heading, {-6.283185307179586, 6.283185307179586, "rad", true}, "End heading phi_f");
+  line.number("--radius", scene.radius, {1e-6, 1e6, "m"}, "Radius r of the disk");
+  line.number("--speed", scene.speed, {1e-6, 1e6, "m/s"}, "Speed c1 of the disk when it goes straight");
+  line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
+  line.number("--friction", scene.friction, {1e-9, 1e6, "(no unit)"}, "Friction coefficient k_f; left out: unlimited");
+  line.solver_flags();
+  line.footer(conventions);
+  if (const auto status = line.parse(argc, argv)) return *status;
+  return tools::run("costate-disk", [&] {
+    const disk::Outcome outcome = disk::solve_scene(scene, {.accuracy = line.accuracy});
+    return tools::deliver(result_of(scene, outcome), line.json, line.quiet, line.csv);
+  });
+}
