@@ -34,6 +34,7 @@ Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<
 
   shooting.set_flow_options({.tolerance = {.relative = options.tolerance, .absolute = options.tolerance}});
   Kinsol newton(shooting.size());
+  const long steps_before = shooting.statistics().steps;
   const NewtonOptions newton_options{.residual_tolerance = 10.0 * options.tolerance,
                                      .max_step = std::sqrt(static_cast<double>(shooting.size())),
                                      .max_iterations = options.max_iterations};
@@ -48,8 +49,10 @@ Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<
   }
   double step = options.first_step;
   while (result.fraction < 1.0) {
-    if (result.points >= options.max_points) {
-      result.message = fmt::format("the path was given up after {} points, {:.4g} of the way", result.points, result.fraction);
+    const long steps = shooting.statistics().steps - steps_before;
+    if (result.points >= options.max_points || steps >= options.max_integration_steps) {
+      result.message = fmt::format("the path was given up {:.4g} of the way, after {} points and {} integration steps",
+                                   result.fraction, result.points, steps);
       return result;
     }
     const double s = std::min(1.0, result.fraction + step);

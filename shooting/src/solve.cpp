@@ -54,7 +54,8 @@ class Solver {
   Solution run(const Eigen::VectorXd& start) {
     const double began = thread_seconds();
     solution_.y = start;
-    if (climb() && refine()) verify();
+    climb(start);
+    if (refine()) verify();
     const Statistics now = shooting_.statistics();
     solution_.cost.seconds = thread_seconds() - began;
     solution_.cost.steps = now.steps - before_.steps;
@@ -64,15 +65,13 @@ class Solver {
   }
 
  private:
-  /// From the guess to the basin of quadratic convergence, at a loose tolerance.
-  bool climb() {
-    const double tolerance = std::max(1e-6, tolerance_per_accuracy * options_.accuracy);
-    const NewtonResult result = newton(tolerance);
-    // Stalled may only mean that this tolerance is too loose for the root to be seen: the next, tight one decides.
-    if (result.converged() || result.termination == Termination::small_step || result.termination == Termination::stalled) {
-      return true;
+  /// From the guess to the basin of quadratic convergence, at a loose tolerance: cheap steps while they are long. Where the
+  /// looseness itself is in the way (an unstable arc amplifies it) the guess is left to the tight tolerance.
+  void climb(const Eigen::VectorXd& start) {
+    const NewtonResult result = newton(std::max(1e-6, tolerance_per_accuracy * options_.accuracy));
+    if (!result.converged() && result.termination != Termination::small_step && result.termination != Termination::stalled) {
+      solution_.y = start;
     }
-    return not_converged(result);
   }
 
   bool not_converged(const NewtonResult& result) {
@@ -96,6 +95,9 @@ class Solver {
     Quantity worst;
     while (true) {
       const NewtonResult result = newton(tolerance);
+      const bool lost = result.termination != Termination::converged && result.termination != Termination::small_step &&
+                        result.termination != Termination::stalled;
+      if (lost) return not_converged(result);
       if (!correct(tolerance)) return false;
       if (!result.converged() && correction_ > coarsest_accuracy) return not_converged(result);
       double reached = 0.0;

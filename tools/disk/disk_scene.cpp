@@ -54,24 +54,31 @@ void add(Cost& total, const Cost& part) {
   total.newton_iterations += part.newton_iterations;
 }
 
-/// The unlimited solution, from the disk that turns on the spot.
+/// The unlimited solution, from the disk that turns on the spot. Its equations degenerate with its heading, so a small end
+/// heading is reached in a second stage, from a quarter turn to the same place.
 Solution solve_free(const Scene& scene, const SolveOptions& options, Cost& cost) {
+  constexpr double least_turn = 1.0;
   Scene unlimited = scene;
   unlimited.friction.reset();
-  Scene spot = unlimited;
+  Scene turned = unlimited;
+  if (std::abs(scene.heading) < least_turn) turned.heading = std::copysign(std::numbers::pi / 2, scene.heading);
+  Scene spot = turned;
   spot.x = spot.y = 0.0;
+
   Shooting shooting(make_problem(spot, {{ArcKind::free}}));
-  const Eigen::Vector3d turning{std::numbers::pi / 2, 0.0, std::abs(scene.heading)};
-  const Followed path = follow(shooting, turning, parameters(unlimited, false));
-  cost.newton_iterations += path.newton_iterations;
-  if (!path.reached) {
-    Solution failed;
-    failed.message = fmt::format("the solution with unlimited friction was not found: {}; try a nearer end point or a larger "
-                                 "radius (distances much beyond 15 r are out of reach of single shooting)",
-                                 path.message);
-    return failed;
+  Eigen::VectorXd y = Eigen::Vector3d{std::numbers::pi / 2, 0.0, std::abs(spot.heading)};
+  Solution solution;
+  for (const Scene* stage : {&turned, &unlimited}) {
+    const Followed path = follow(shooting, y, parameters(*stage, false));
+    y = path.y;
+    cost.newton_iterations += path.newton_iterations;
+    if (path.reached) continue;
+    solution.message = fmt::format("the solution with unlimited friction was not found: {}; try a nearer end point or a larger "
+                                   "radius (distances beyond some 5 r are out of reach of single shooting)",
+                                   path.message);
+    return solution;
   }
-  Solution solution = solve(shooting, path.y, options);
+  solution = solve(shooting, y, options);
   const Statistics all = shooting.statistics();
   cost.steps += all.steps;
   cost.rhs_evaluations += all.rhs_evaluations;

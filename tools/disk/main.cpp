@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
   line.number("--radius", scene.radius, {1e-6, 1e6, "m"}, "Radius r of the disk");
   line.number("--speed", scene.speed, {1e-6, 1e6, "m/s"}, "Speed c1 of the disk when it goes straight");
   line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
-  line.number("--friction", scene.friction, {1e-9, 1e6, "(no unit)"}, "Friction coefficient k_f; left out: unlimited");
+  line.number("--friction", scene.friction, {1e-9, 1e6, ""}, "Friction coefficient k_f; left out: unlimited");
   line.solver_flags();
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
