@@ -60,7 +60,8 @@ class Flow::Integrator {
       if (d_ > 0) check(CVodeSensReInit(memory_, CV_SIMULTANEOUS, ys_.get()), "CVodeSensReInit");
     }
     set_tolerances(options.tolerance);
-    check(CVodeSetMaxNumSteps(memory_, options.max_steps), "CVodeSetMaxNumSteps");
+    max_steps_ = options.max_steps;
+    check(CVodeSetMaxNumSteps(memory_, max_steps_), "CVodeSetMaxNumSteps");
     check(CVodeSetStopTime(memory_, t1), "CVodeSetStopTime");
   }
 
@@ -83,7 +84,12 @@ class Flow::Integrator {
   void record(double t1, const Eigen::VectorXd& w0, Trajectory& trajectory, Statistics& statistics) {
     const auto derivative = owned(N_VClone(y_.get()), "N_VClone");
     double t = trajectory.start_time();
-    while (t != t1) {
+    for (long step = 0; t != t1; ++step) {
+      // Taken one at a time, steps are not counted by CVODES.
+      if (step == max_steps_) {
+        count(statistics);
+        throw LeftDomain(fmt::format("integration stopped at t = {:.6g}: {}", t, reason(CV_TOO_MUCH_WORK)));
+      }
       advance(t1, CV_ONE_STEP, t, statistics);
       int order = 0;
       check(CVodeGetLastOrder(memory_, &order), "CVodeGetLastOrder");
@@ -166,9 +172,9 @@ class Flow::Integrator {
 
   void advance(double t1, int task, double& t, Statistics& statistics) {
     const int flag = CVode(memory_, t1, y_.get(), &t, task);
+    gate_.rethrow();
     if (flag >= 0) return;
     count(statistics);
-    gate_.rethrow();
     double reached = 0.0;
     check(CVodeGetCurrentTime(memory_, &reached), "CVodeGetCurrentTime");
     throw LeftDomain(fmt::format("integration stopped at t = {:.6g}: {}", reached, reason(flag)));
@@ -242,6 +248,7 @@ class Flow::Integrator {
   const Field& field_;
   Method method_;
   int n_, k_, d_;  // states, quadratures, directions
+  long max_steps_ = 0;
   sundials::ExceptionGate gate_;
   sundials::Context context_;
   sundials::Vector y_;

@@ -83,7 +83,7 @@ struct Kinsol::Memory {
       return std::nullopt;  // KINSOL meets it again and says so
     }
     const Eigen::VectorXd scaled = residual.cwiseQuotient(row_scale);
-    if (!(scaled.cwiseAbs().maxCoeff() <= tolerance)) return std::nullopt;
+    if (!scaled.allFinite() || scaled.cwiseAbs().maxCoeff() > tolerance) return std::nullopt;
     return NewtonResult{.residual_evaluations = 1, .residual_norm = scaled.norm()};
   }
 

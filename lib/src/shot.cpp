@@ -98,40 +98,45 @@ Statistics FlowCache::statistics() const {
 }
 
 ArcEnd Shot::arc(const ArcStart& start) {
+  try {
+    return integrate(start);
+  } catch (const LeftDomain& failure) {
+    throw LeftDomain(fmt::format("arc {}: {}", start.arc + 1, failure.what()));
+  }
+}
+
+ArcEnd Shot::integrate(const ArcStart& start) {
   const Field& field = *start.field;
   ArcRecord record{start.arc,           start.field,           start.t0.value,           start.t1.value, start.clock,
-                   values(start.state), values(start.quadrature), values(start.parameter), {}, {}};
+                   values(start.state), values(start.quadrature), values(start.parameter), {},             {}};
   // A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so the start time moves z₀ by −f(z₀).
   std::vector<Jet> state = start.state;
   std::vector<Jet> quadrature = start.quadrature;
   if (!start.t0.gradient().empty()) {
     Eigen::VectorXd dz(field.states());
     Eigen::VectorXd dw(field.quadratures());
-    field.rates(record.t0, record.state, record.parameter, dz, dw);
+    if (!field.rates(record.t0, record.state, record.parameter, dz, dw)) {
+      throw LeftDomain(fmt::format("the right-hand side is not finite at t = {:.6g}", record.t0));
+    }
     const Jet moved(0.0, start.t0.gradient());
     for (std::size_t i = 0; i < state.size(); ++i) state[i] -= moved * dz[static_cast<Eigen::Index>(i)];
     for (std::size_t i = 0; i < quadrature.size(); ++i) quadrature[i] -= moved * dw[static_cast<Eigen::Index>(i)];
   }
   const Seeding seeding(state, start.parameter);
   const Jet elapsed(0.0, start.t1.gradient());
-  try {
-    const FlowEnd& end =
-        (*flows_)[field].run(record.t0, record.t1, record.state, record.parameter, seeding.directions());
-    ArcEnd result;
-    for (Eigen::Index i = 0; i < end.state.size(); ++i) {
-      result.state.push_back(seeding.jet(end.state[i], end.state_directions.row(i)) + elapsed * end.state_rate[i]);
-    }
-    for (Eigen::Index i = 0; i < end.quadrature.size(); ++i) {
-      result.quadrature.push_back(quadrature[static_cast<std::size_t>(i)] +
-                                  seeding.jet(end.quadrature[i], end.quadrature_directions.row(i)) +
-                                  elapsed * end.quadrature_rate[i]);
-    }
-    record.end_state = end.state;
-    arcs_.push_back(std::move(record));
-    return result;
-  } catch (const LeftDomain& failure) {
-    throw LeftDomain(fmt::format("arc {}: {}", start.arc + 1, failure.what()));
+  const FlowEnd& end = (*flows_)[field].run(record.t0, record.t1, record.state, record.parameter, seeding.directions());
+  ArcEnd result;
+  for (Eigen::Index i = 0; i < end.state.size(); ++i) {
+    result.state.push_back(seeding.jet(end.state[i], end.state_directions.row(i)) + elapsed * end.state_rate[i]);
   }
+  for (Eigen::Index i = 0; i < end.quadrature.size(); ++i) {
+    result.quadrature.push_back(quadrature[static_cast<std::size_t>(i)] +
+                                seeding.jet(end.quadrature[i], end.quadrature_directions.row(i)) +
+                                elapsed * end.quadrature_rate[i]);
+  }
+  record.end_state = end.state;
+  arcs_.push_back(std::move(record));
+  return result;
 }
 
 void Shot::complete(const std::vector<double>& origin, const std::vector<double>& constants) {

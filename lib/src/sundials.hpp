@@ -62,8 +62,10 @@ inline Eigen::Map<Eigen::VectorXd> view(N_Vector v) { return {N_VGetArrayPointer
 class ExceptionGate {
  public:
   /// Runs `body` (bool: did it succeed?) inside a callback: 0 success, 1 recoverable failure, −1 an exception that is kept.
+  /// Once one is kept every call fails: some solvers take −1 for a reason to retry.
   template <class Body>
   int guarded(Body&& body) noexcept {
+    if (exception_) return -1;
     try {
       return body() ? 0 : 1;
     } catch (const LeftDomain& failure) {
@@ -79,7 +81,10 @@ class ExceptionGate {
   }
   /// Message of the last recoverable failure.
   [[nodiscard]] const std::string& reason() const { return reason_; }
-  void clear() { reason_.clear(); }
+  void clear() {
+    exception_ = nullptr;
+    reason_.clear();
+  }
 
  private:
   std::exception_ptr exception_;

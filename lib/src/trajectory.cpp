@@ -14,7 +14,10 @@ Eigen::VectorXd Trajectory::at(double t) const {
   });
   const double dt = t - piece->node;
   Eigen::VectorXd value = piece->taylor.rightCols(1);
-  for (Eigen::Index j = piece->taylor.cols() - 2; j >= 0; --j) value = value * dt + piece->taylor.col(j);
+  for (Eigen::Index j = piece->taylor.cols() - 2; j >= 0; --j) {
+    value *= dt;
+    value += piece->taylor.col(j);
+  }
   return value;
 }
 

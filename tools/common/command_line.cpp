@@ -61,7 +61,7 @@ void CommandLine::solver_flags() {
   number("--accuracy", accuracy, {finest_accuracy, coarsest_accuracy, ""},
          "Wanted absolute error (relative above 1) of times and unknowns");
   auto* json_flag = app_.add_flag("--json", json, "Print one JSON object");
-  app_.add_option("--csv", csv, "Write the trajectory to a file, - for standard output")->type_name("FILE")->excludes(json_flag);
+  csv_option_ = app_.add_option("--csv", csv, "Write the trajectory to a file, - for standard output")->type_name("FILE")->excludes(json_flag);
   app_.add_flag("--quiet", quiet, "Print no table; the exit status tells");
 }
 
@@ -86,7 +86,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
     app_.parse(argc, argv);
     store_numbers();
     if (!csv.empty()) check_writable("--csv", csv);
-    if (csv.empty() && app_.count("--csv") > 0) throw BadInput("--csv '' is not a file name");
+    if (csv.empty() && csv_option_ != nullptr && csv_option_->count() > 0) throw BadInput("--csv '' is not a file name");
     return std::nullopt;
   } catch (const CLI::Success& done) {
     return app_.exit(done);

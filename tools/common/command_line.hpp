@@ -64,6 +64,7 @@ class CommandLine {
   [[nodiscard]] std::string explain(const CLI::ParseError& error) const;
 
   CLI::App app_;
+  CLI::Option* csv_option_ = nullptr;
   std::string tool_;
   std::vector<std::unique_ptr<Number>> numbers_;
 };

@@ -245,6 +245,14 @@ Dual<T, N> max(const Dual<T, N>& a, const Dual<T, N>& b) {
   return a < b ? b : a;
 }
 template <class T, int N>
+Dual<T, N> min(const Dual<T, N>& a, double b) {
+  return min(a, Dual<T, N>(b));
+}
+template <class T, int N>
+Dual<T, N> max(const Dual<T, N>& a, double b) {
+  return max(a, Dual<T, N>(b));
+}
+template <class T, int N>
 bool isfinite(const Dual<T, N>& x) {
   bool finite = isfinite(x.value);
   for (const T& g : x.gradient) finite = finite && isfinite(g);

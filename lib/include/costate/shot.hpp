@@ -83,6 +83,8 @@ class Shot {
   [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
 
  private:
+  ArcEnd integrate(const ArcStart& start);
+
   FlowCache* flows_;
   std::vector<Jet> unknowns_, parameters_, rows_;
   std::vector<Report> reports_;

@@ -1,0 +1,170 @@
+/// The three-arc shooting problem of the rolling disk: exact Jacobian, invariants, and the root that is no solution.
+#include <costate/error.hpp>
+#include <costate/models/disk.hpp>
+#include <costate/shooting/solve.hpp>
+
+#include <gtest/gtest.h>
+
+namespace costate::test {
+namespace {
+
+using disk::ArcKind;
+using disk::Scene;
+using disk::Structure;
+
+const Structure three_arcs{{ArcKind::saturated, +1.0}, {ArcKind::free}, {ArcKind::saturated, -1.0}};
+
+Scene with_friction(double k) {
+  Scene scene;
+  scene.friction = k;
+  return scene;
+}
+
+/// Near the solution for k_f = 0.0525.
+Eigen::VectorXd near_solution() {
+  Eigen::VectorXd y(6);
+  y << 0.76, std::acos(0.77), 0.0, 1.08, 0.04, 1.08;
+  return y;
+}
+
+struct Structured {
+  std::string name;
+  Scene scene;
+  Structure arcs;
+  std::vector<double> y;
+};
+
+/// A point, not a solution, for every way a structure can be anchored and joined.
+std::vector<Structured> all_kinds() {
+  Scene limited = with_friction(0.055);
+  return {{"F", {}, {{ArcKind::free}}, {1.0, 0.5, 2.2}},
+          {"CFC", limited, three_arcs, {0.76, 0.7, 0.05, 0.9, 0.3, 0.8}},
+          {"FCF", with_friction(0.115), {{ArcKind::free}, {ArcKind::saturated, 1.0}, {ArcKind::free}}, {2.4, 0.9, 0.3, 1.0, 0.6}},
+          {"CC", limited, {{ArcKind::saturated, 1.0}, {ArcKind::saturated, -1.0}}, {0.78, 0.76, 0.75, 0.1, 1.0, 1.1}},
+          {"CBC",
+           with_friction(0.042),
+           {{ArcKind::saturated, 1.0}, {ArcKind::boundary, -1.0}, {ArcKind::saturated, -1.0}},
+           {0.7, 0.45, 0.05, 0.5, 0.2, 0.4}},
+          {"BCFCB",
+           with_friction(0.048),
+           {{ArcKind::boundary, 1.0}, {ArcKind::saturated, 1.0}, {ArcKind::free}, {ArcKind::saturated, -1.0},
+            {ArcKind::boundary, 1.0}},
+           {0.35, 0.45, 0.3, 0.15, 0.6, 1.7, 0.6, 0.1}}};
+}
+
+void PrintTo(const Structured& given, std::ostream* out) { *out << given.name; }
+
+class JacobianOf : public testing::TestWithParam<Structured> {};
+
+// Central differences err by h²·R'''/6: halving h must divide the disagreement by four, until rounding ε|R|/h takes over.
+TEST_P(JacobianOf, AgreesWithDifferencesToTheirOrder) {
+  const Structured& given = GetParam();
+  Shooting shooting(disk::make_problem(given.scene, given.arcs));
+  shooting.set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(given.y.data(), static_cast<Eigen::Index>(given.y.size()));
+  Eigen::MatrixXd exact;
+  shooting.jacobian(y, exact);
+  const auto disagreement = [&](double h) {
+    Eigen::MatrixXd difference(y.size(), y.size());
+    for (Eigen::Index j = 0; j < y.size(); ++j) {
+      Eigen::VectorXd ahead, behind;
+      shooting.residual(y + h * Eigen::VectorXd::Unit(y.size(), j), ahead);
+      shooting.residual(y - h * Eigen::VectorXd::Unit(y.size(), j), behind);
+      difference.col(j) = (ahead - behind) / (2.0 * h);
+    }
+    return (difference - exact).cwiseAbs().maxCoeff();
+  };
+  const double coarse = disagreement(2e-3), fine = disagreement(1e-3);
+  EXPECT_NEAR(coarse / fine, 4.0, 0.2) << given.name;
+  const double scale = exact.cwiseAbs().maxCoeff();
+  EXPECT_LT(disagreement(2e-5), 1e-7 * scale) << given.name;
+}
+
+TEST_P(JacobianOf, ParameterDerivativeAgreesWithDifferences) {
+  const Structured& given = GetParam();
+  Shooting shooting(disk::make_problem(given.scene, given.arcs));
+  shooting.set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(given.y.data(), static_cast<Eigen::Index>(given.y.size()));
+  const std::vector<double> base = shooting.parameters();
+  for (std::size_t j = 0; j < base.size(); ++j) {
+    std::vector<double> path(base.size(), 0.0);
+    path[j] = 1.0;
+    shooting.set_parameters(base);
+    const Eigen::VectorXd exact = shooting.path_derivative(shooting.evaluate(y, path));
+    const double h = 1e-4 * std::abs(base[j]);
+    Eigen::VectorXd ahead, behind;
+    auto moved = base;
+    moved[j] = base[j] + h;
+    shooting.set_parameters(moved);
+    shooting.residual(y, ahead);
+    moved[j] = base[j] - h;
+    shooting.set_parameters(moved);
+    shooting.residual(y, behind);
+    const double scale = 1.0 + exact.cwiseAbs().maxCoeff();
+    EXPECT_LT(((ahead - behind) / (2.0 * h) - exact).cwiseAbs().maxCoeff(), 1e-5 * scale)
+        << given.name << ", parameter " << shooting.problem().parameters()[j].name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Disk, JacobianOf, testing::ValuesIn(all_kinds()),
+                         [](const auto& info) { return info.param.name; });
+
+// H is a first integral; the integration may move it by its own error, ten tolerances at most.
+TEST(DiskShooting, HamiltonianDriftStaysWithinTenTolerances) {
+  const Solution root = solve(disk::make_problem(with_friction(0.0525), three_arcs), near_solution(), {.accuracy = 1e-11});
+  ASSERT_TRUE(root.solved()) << root.message;
+  Shooting shooting(root.problem);
+  for (const double tolerance : {1e-5, 1e-7, 1e-9, 1e-11, 1e-13}) {
+    shooting.set_flow_options({.tolerance = {.relative = tolerance, .absolute = tolerance}});
+    for (const ArcRecord& record : shooting.evaluate(root.y).arcs()) {
+      const Trajectory arc =
+          shooting.flows()[*record.field].record(record.t0, record.t1, record.state, record.quadrature, record.parameter);
+      for (const auto& piece : arc.pieces()) {
+        const Eigen::VectorXd both = arc.at(piece.node);
+        const Eigen::Index n = record.state.size();
+        const ArcPoint point{&record, piece.node, both.head(n), both.tail(both.size() - n)};
+        for (const PathCheck& check : root.problem->check(point, shooting.parameters())) {
+          if (check.kind != PathCheck::Kind::zero) continue;
+          EXPECT_LE(std::abs(check.value), 10.0 * tolerance) << check.name << " on arc " << record.arc + 1;
+        }
+      }
+    }
+  }
+}
+
+// Below the merge the three-arc equations still have a root, with a free arc of negative duration.
+TEST(DiskShooting, SpuriousThreeArcRootIsRefused) {
+  const Solution solution = solve(disk::make_problem(with_friction(0.052), three_arcs), near_solution());
+  EXPECT_FALSE(solution.solved());
+  EXPECT_NEAR(solution["final_time"].value, 2.214179474611, 1e-9) << "this is not the root in question";
+  EXPECT_NE(solution.message.find("duration_2"), std::string::npos) << solution.message;
+}
+
+// The other one, of vanishing saturated arcs, is divided out: even from its neighbourhood it is not found.
+TEST(DiskShooting, TrivialRootIsDeflated) {
+  Eigen::VectorXd y(6);
+  y << 0.01, std::acos(0.5439), 0.5439, 0.01, 2.19, 0.01;
+  const Solution solution = solve(disk::make_problem(with_friction(0.0525), three_arcs), y);
+  if (solution.solved()) {
+    EXPECT_NEAR(solution["t1"].value, 1.0855647258861120, 1e-8);
+  } else {
+    EXPECT_FALSE(solution.message.empty());
+  }
+}
+
+TEST(DiskShooting, StructuresThatCannotBeAreRefused) {
+  EXPECT_THROW((void)disk::make_problem({}, {}), BadInput);
+  EXPECT_THROW((void)disk::make_problem({}, {{ArcKind::free}, {ArcKind::free}}), BadInput);
+  EXPECT_THROW((void)disk::make_problem(with_friction(0.05), {{ArcKind::boundary, 1.0}, {ArcKind::free}}), BadInput);
+  EXPECT_THROW((void)disk::make_problem(with_friction(0.05), {{ArcKind::saturated, 1.0}}), BadInput);
+  EXPECT_THROW((void)disk::make_problem({}, three_arcs), BadInput) << "no friction coefficient";
+}
+
+TEST(DiskShooting, UnknownsAreFoundByName) {
+  const auto problem = disk::make_problem(with_friction(0.0525), three_arcs);
+  EXPECT_EQ(problem->place_of("duration_2"), 4);
+  EXPECT_THROW((void)problem->place_of("duration_4"), BadInput);
+}
+
+}  // namespace
+}  // namespace costate::test
