@@ -34,11 +34,12 @@ TEST(Field, DerivativesAreThoseOfDifferences) {
                                                [](auto i, auto j) { return std::cos(1.0 + double(i) + 3.0 * double(j)); });
   ASSERT_TRUE(field.sensitivities(t, z, p, s, sigma, along, along_w));
   const auto difference = [&](const VectorXd& dz, const VectorXd& dp) {
-    VectorXd above(6), below(6), above_w(2), below_w(2);
+    VectorXd above = VectorXd::Zero(6), below = above, above_w = VectorXd::Zero(2), below_w = above_w;
     EXPECT_TRUE(field.rates(t, z + h * dz, p + h * dp, above, above_w));
     EXPECT_TRUE(field.rates(t, z - h * dz, p - h * dp, below, below_w));
-    VectorXd both(8);
-    both << above - below, above_w - below_w;
+    VectorXd both = VectorXd::Zero(8);
+    both.head(6) = above - below;
+    both.tail(2) = above_w - below_w;
     return VectorXd(both / (2.0 * h));
   };
   for (Eigen::Index j = 0; j < 6; ++j) {

@@ -24,6 +24,15 @@ bool solved(Shooting& shooting, const NewtonResult& result, const Eigen::VectorX
 Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<double>& target,
                 const FollowOptions& options, const Monitor& monitor) {
   const std::vector<double> origin = shooting.parameters();
+  if (target.size() != origin.size()) {
+    throw BadInput(fmt::format("the target has {} parameter values, the problem {}", target.size(), origin.size()));
+  }
+  if (y.size() != shooting.size()) {
+    throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", y.size(), shooting.size()));
+  }
+  if (!y.allFinite() || !std::all_of(target.begin(), target.end(), [](double p) { return std::isfinite(p); })) {
+    throw BadInput("the start or the target of a path has a value that is not a finite number");
+  }
   const auto at = [&](double s) {
     std::vector<double> p(origin.size());
     for (std::size_t i = 0; i < p.size(); ++i) p[i] = s == 1.0 ? target[i] : std::lerp(origin[i], target[i], s);

@@ -29,6 +29,7 @@ const Quantity& Solution::operator[](const std::string& name) const {
 double Solution::final_time() const { return arcs.empty() ? 0.0 : arcs.back().end; }
 
 ArcPoint Solution::point(double t) const {
+  if (arcs.empty()) throw BadInput("the solution has no trajectory: " + (message.empty() ? "it has no arcs" : message));
   if (!(t >= 0.0 && t <= final_time())) {
     throw BadInput(fmt::format("t = {:.17g} is outside the trajectory: admissible 0 … {:.17g}", t, final_time()));
   }

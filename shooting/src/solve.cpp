@@ -38,9 +38,24 @@ std::string worst_rows(const Shooting& shooting, const Eigen::VectorXd& residual
   return text;
 }
 
-/// Ratio of an error bound to what is wanted: absolute up to 1, relative above.
+/// Ratio of an error bound to what is wanted: absolute up to 1, relative above; infinite for a number that is none.
 double excess(const Quantity& quantity, double accuracy) {
-  return quantity.error_bound / (accuracy * std::max(1.0, std::abs(quantity.value)));
+  const double ratio = quantity.error_bound / (accuracy * std::max(1.0, std::abs(quantity.value)));
+  return std::isfinite(ratio) ? ratio : std::numeric_limits<double>::infinity();
+}
+
+void check_options(const SolveOptions& options) {
+  if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
+    throw BadInput(fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy,
+                               coarsest_accuracy));
+  }
+  if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
+  if (options.max_iterations < 1) {
+    throw BadInput(fmt::format("max_iterations = {} is not admissible: 1 or more", options.max_iterations));
+  }
+  if (!(options.max_step > 0.0 && std::isfinite(options.max_step))) {
+    throw BadInput(fmt::format("max_step = {:g} is not admissible: a positive number", options.max_step));
+  }
 }
 
 class Solver {
@@ -69,9 +84,13 @@ class Solver {
   /// looseness itself is in the way (an unstable arc amplifies it) the guess is left to the tight tolerance.
   void climb(const Eigen::VectorXd& start) {
     const NewtonResult result = newton(std::max(1e-6, tolerance_per_accuracy * options_.accuracy));
-    if (!result.converged() && result.termination != Termination::small_step && result.termination != Termination::stalled) {
-      solution_.y = start;
-    }
+    if (!near_root(result.termination)) solution_.y = start;
+  }
+
+  /// May the iterate be a root whose residual only drowns in the noise of the integration?
+  static bool near_root(Termination termination) {
+    return termination == Termination::converged || termination == Termination::small_step ||
+           termination == Termination::stalled;
   }
 
   bool not_converged(const NewtonResult& result) {
@@ -95,15 +114,11 @@ class Solver {
     Quantity worst;
     while (true) {
       const NewtonResult result = newton(tolerance);
-      const bool lost = result.termination != Termination::converged && result.termination != Termination::small_step &&
-                        result.termination != Termination::stalled;
-      if (lost) return not_converged(result);
-      if (!correct(tolerance)) return false;
-      if (!result.converged() && correction_ > coarsest_accuracy) return not_converged(result);
+      if (!correct(tolerance, result)) return false;
       double reached = 0.0;
       for (const auto* list : {&solution_.reports, &solution_.unknowns}) {
         for (const Quantity& quantity : *list) {
-          if (!(excess(quantity, options_.accuracy) <= reached)) {
+          if (excess(quantity, options_.accuracy) > reached) {
             reached = excess(quantity, options_.accuracy);
             worst = quantity;
           }
@@ -134,7 +149,8 @@ class Solver {
   }
 
   /// One Newton correction from an independent, tighter integration, and from it the error bounds.
-  bool correct(double tolerance) {
+  bool correct(double tolerance, const NewtonResult& result) {
+    if (!near_root(result.termination)) return not_converged(result);
     const double tight = std::max(tightest_verify, verify_factor * tolerance);
     try {
       const std::vector<Report> loose = shooting_.evaluate(solution_.y).reports();
@@ -156,7 +172,8 @@ class Solver {
       const Eigen::VectorXd correction = inverse * residual;
       // What the tight integration and rounding can still move a row by.
       const Eigen::VectorXd rounding = scales * (4.0 * tight + 4.0 * std::numeric_limits<double>::epsilon());
-      correction_ = correction.cwiseQuotient(shooting_.unknown_scales()).cwiseAbs().maxCoeff();
+      const double size = correction.cwiseQuotient(shooting_.unknown_scales()).cwiseAbs().maxCoeff();
+      if (!result.converged() && !(size <= coarsest_accuracy)) return not_converged(result);
       solution_.y -= correction;
       report_bounds(loose, shot.reports(), correction, inverse, rounding);
       report_unknowns(correction.cwiseAbs() + inverse.cwiseAbs() * rounding);
@@ -206,7 +223,6 @@ class Solver {
   Kinsol newton_;
   Statistics before_;
   Solution solution_;
-  double correction_ = 0.0;  ///< the last, scaled
 };
 
 }  // namespace
@@ -218,10 +234,7 @@ double thread_seconds() {
 }
 
 Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options) {
-  if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
-    throw BadInput(fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy,
-                               coarsest_accuracy));
-  }
+  check_options(options);
   if (start.size() != shooting.size()) {
     throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.size()));
   }

@@ -44,15 +44,87 @@ std::vector<ArcTrace> trace(Shooting& shooting, const Shot& shot) {
   return traces;
 }
 
+/// One arc's path checks at a time of its own trajectory.
+std::vector<PathCheck> checks_at(const Shooting& shooting, const ArcTrace& arc, double t) {
+  const Eigen::VectorXd both = arc.trajectory.at(t);
+  const Eigen::Index n = arc.record.state.size();
+  return shooting.problem().check({&arc.record, t + arc.shift, both.head(n), both.tail(both.size() - n)},
+                                  shooting.parameters());
+}
+
+/// How bad a check is: the smaller the value that must not be negative, the larger the one that must be zero. Not a number is
+/// worst of all.
+double badness(const PathCheck& check) {
+  const double bad = check.kind == PathCheck::Kind::nonnegative ? -check.value : std::abs(check.value);
+  return std::isnan(bad) ? std::numeric_limits<double>::infinity() : bad;
+}
+
 /// Keeps the worst value of each check met so far.
 void fold(std::vector<CheckResult>& worst, const PathCheck& check, double t, double tolerance) {
   auto found = std::find_if(worst.begin(), worst.end(), [&](const CheckResult& c) { return c.name == check.name; });
   if (found == worst.end()) {
     worst.push_back({check.name, check.kind, check.value, t, tolerance});
-  } else if (check.kind == PathCheck::Kind::nonnegative ? !(check.value >= found->worst)
-                                                        : !(std::abs(check.value) <= std::abs(found->worst))) {
+  } else if (badness(check) > badness({found->name, found->kind, found->worst})) {
     found->worst = check.value;
     found->time = t;
+  }
+}
+
+/// Times at which an arc is looked at: every step of the integration cut in at least four, the arc in at least 64.
+std::vector<double> sample_times(const Trajectory& trajectory) {
+  std::vector<double> times{trajectory.start_time()};
+  const std::size_t steps = trajectory.pieces().size();
+  const std::size_t cells = steps == 0 ? 0 : std::max<std::size_t>(4, 64 / steps + 1);
+  for (const Trajectory::Piece& piece : trajectory.pieces()) {
+    const double from = times.back();
+    for (std::size_t i = 1; i <= cells; ++i) {
+      times.push_back(i == cells ? piece.node
+                                 : std::lerp(from, piece.node, static_cast<double>(i) / static_cast<double>(cells)));
+    }
+  }
+  return times;
+}
+
+/// Looks for the worst of check `j` between the samples beside the worst sample (golden section).
+PathCheck sharpen(const Shooting& shooting, const ArcTrace& arc, std::size_t j, double a, double b, double& at) {
+  constexpr double golden = 0.6180339887498949;
+  PathCheck worst = checks_at(shooting, arc, at)[j];
+  for (int i = 0; i < 40; ++i) {
+    const double left = b - golden * (b - a), right = a + golden * (b - a);
+    const PathCheck at_left = checks_at(shooting, arc, left)[j], at_right = checks_at(shooting, arc, right)[j];
+    const bool go_left = badness(at_left) > badness(at_right);
+    (go_left ? b : a) = go_left ? right : left;
+    const PathCheck& better = go_left ? at_left : at_right;
+    if (badness(better) > badness(worst)) {
+      worst = better;
+      at = go_left ? left : right;
+    }
+  }
+  return worst;
+}
+
+/// Every path check along one arc, at the samples and between those around the worst.
+void check_arc(const Shooting& shooting, const ArcTrace& arc, double tolerance, std::vector<CheckResult>& results) {
+  const std::vector<double> times = sample_times(arc.trajectory);
+  std::vector<std::size_t> worst_at;
+  std::vector<double> worst;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const auto checks = checks_at(shooting, arc, times[i]);
+    worst_at.resize(checks.size(), 0);
+    worst.resize(checks.size(), -std::numeric_limits<double>::infinity());
+    for (std::size_t j = 0; j < checks.size(); ++j) {
+      fold(results, checks[j], times[i] + arc.shift, tolerance);
+      if (badness(checks[j]) <= worst[j]) continue;
+      worst[j] = badness(checks[j]);
+      worst_at[j] = i;
+    }
+  }
+  for (std::size_t j = 0; j < worst_at.size(); ++j) {
+    const std::size_t i = worst_at[j];
+    double at = times[i];
+    const PathCheck sharper =
+        sharpen(shooting, arc, j, times[i == 0 ? 0 : i - 1], times[std::min(i + 1, times.size() - 1)], at);
+    fold(results, sharper, at + arc.shift, tolerance);
   }
 }
 
@@ -70,23 +142,8 @@ std::string verify_root(Shooting& shooting, double accuracy, Solution& solution)
   } catch (const LeftDomain& failure) {
     return fmt::format("the solution cannot be integrated at its own root: {}", failure.what());
   }
-  constexpr int samples_per_step = 4;
   solution.certificate.checks.clear();
-  for (const ArcTrace& arc : solution.arcs) {
-    double from = arc.trajectory.start_time();
-    for (const Trajectory::Piece& piece : arc.trajectory.pieces()) {
-      for (int i = 0; i <= samples_per_step; ++i) {
-        const double t = from + (piece.node - from) * i / samples_per_step;
-        const Eigen::VectorXd both = arc.trajectory.at(t);
-        const Eigen::Index n = arc.record.state.size();
-        const ArcPoint point{&arc.record, t + arc.shift, both.head(n), both.tail(both.size() - n)};
-        for (const PathCheck& check : shooting.problem().check(point, shooting.parameters())) {
-          fold(solution.certificate.checks, check, point.t, accuracy);
-        }
-      }
-      from = piece.node;
-    }
-  }
+  for (const ArcTrace& arc : solution.arcs) check_arc(shooting, arc, accuracy, solution.certificate.checks);
   for (const CheckResult& check : solution.certificate.checks) {
     if (!check.holds()) {
       return fmt::format("the equations have a root, but it is no solution: {} is {:.3g} at t = {:.6g} s, must be {} 0; the arc "

@@ -8,6 +8,8 @@
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
+#include <iostream>
+#include <system_error>
 
 namespace costate::tools {
 
@@ -89,7 +91,11 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
     if (csv.empty() && csv_option_ != nullptr && csv_option_->count() > 0) throw BadInput("--csv '' is not a file name");
     return std::nullopt;
   } catch (const CLI::Success& done) {
-    return app_.exit(done);
+    const int status = app_.exit(done);
+    std::cout.flush();
+    if (std::cout) return status;
+    fmt::print(stderr, "{}: the output could not be written\n", tool_);
+    return exit_failed;
   } catch (const CLI::ParseError& error) {
     fmt::print(stderr, "{}: {}; see --help\n", tool_, explain(error));
   } catch (const BadInput& error) {
@@ -109,6 +115,9 @@ int run(const std::string& tool, const std::function<int()>& body) {
   } catch (const BadInput& error) {
     fmt::print(stderr, "{}: {}\n", tool, error.what());
     return exit_bad_input;
+  } catch (const std::system_error& error) {
+    fmt::print(stderr, "{}: the output could not be written: {}\n", tool, error.what());
+    return exit_failed;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: unexpected failure: {}; please report it with the command line\n", tool, error.what());
     return exit_failed;

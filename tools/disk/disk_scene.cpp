@@ -68,22 +68,26 @@ Solution solve_free(const Scene& scene, const SolveOptions& options, Cost& cost)
   Shooting shooting(make_problem(spot, {{ArcKind::free}}));
   Eigen::VectorXd y = Eigen::Vector3d{std::numbers::pi / 2, 0.0, std::abs(spot.heading)};
   Solution solution;
+  bool reached = true;
   for (const Scene* stage : {&turned, &unlimited}) {
     const Followed path = follow(shooting, y, parameters(*stage, false));
     y = path.y;
     cost.newton_iterations += path.newton_iterations;
-    if (path.reached) continue;
+    reached = path.reached;
+    if (reached) continue;
     solution.message = fmt::format("the solution with unlimited friction was not found: {}; try a nearer end point or a larger "
                                    "radius (distances beyond some 5 r are out of reach of single shooting)",
                                    path.message);
-    return solution;
+    break;
   }
-  solution = solve(shooting, y, options);
+  if (reached) {
+    solution = solve(shooting, y, options);
+    cost.newton_iterations += solution.cost.newton_iterations;
+  }
   const Statistics all = shooting.statistics();
   cost.steps += all.steps;
   cost.rhs_evaluations += all.rhs_evaluations;
   cost.sensitivity_evaluations += all.sensitivity_evaluations;
-  cost.newton_iterations += solution.cost.newton_iterations;
   return solution;
 }
 

@@ -35,6 +35,7 @@ using Monitor = std::function<bool(const Eigen::VectorXd& y, const std::vector<d
 /// Follows R(y; p) = 0 from the solution near y at the shooting's present parameters to `target` along the straight line between,
 /// by tangent prediction dy/ds = −R_y⁻¹ R_p dp/ds (exact, from sensitivities) and Newton correction. The step doubles when the
 /// correction is easy and halves when it fails. Leaves the shooting at the parameters reached.
+/// \throws BadInput for a start or target of the wrong size or with a value that is not finite.
 [[nodiscard]] Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<double>& target,
                               const FollowOptions& options = {}, const Monitor& monitor = {});
 
