@@ -7,7 +7,13 @@
 #include <costate/pontryagin.hpp>
 #include <costate/problem.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace costate::small {
 
@@ -156,6 +162,44 @@ class RotationTransfer final : public Problem {
 
  private:
   FieldOf<closed::ModulatedRotation> field_;
+};
+
+/// x'' = −ω²x from x = 1 to a given x: v₀ = ω(x₁ − cos ωT)/sin ωT. Near ωT = π, a conjugate point, the root is ill-conditioned.
+class OscillatorTransfer final : public Problem {
+ public:
+  /// `multiplier`(t) is to be nonnegative along the path.
+  OscillatorTransfer(double omega, double time, double end, std::function<double(double)> multiplier = {})
+      : omega_(omega), time_(time), end_(end), multiplier_(std::move(multiplier)) {
+    unknowns_ = {{"v0", std::max(1.0, std::abs(v0()))}};
+    rows_ = {{"end x"}};
+    structure_ = {"oscillation"};
+  }
+  [[nodiscard]] double v0() const { return omega_ * (end_ - std::cos(omega_ * time_)) / std::sin(omega_ * time_); }
+  [[nodiscard]] double end_v() const { return v0() * std::cos(omega_ * time_) - omega_ * std::sin(omega_ * time_); }
+
+  void shoot(Shot& shot) const override {
+    const ArcEnd at = shot.arc({.field = &field_,
+                                .t0 = 0.0,
+                                .t1 = time_,
+                                .state = {1.0, shot.unknown(0)},
+                                .quadrature = {0.0},
+                                .parameter = {omega_}});
+    shot.row(0, at.state[0] - end_);
+    shot.report("end_v", "m/s", at.state[1]);
+  }
+  [[nodiscard]] std::vector<Column> columns() const override { return {{"x", "m"}, {"v", "m/s"}}; }
+  [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>&) const override {
+    return {point.state[0], point.state[1]};
+  }
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>&) const override {
+    if (!multiplier_) return {};
+    return {{"multiplier", PathCheck::Kind::nonnegative, multiplier_(point.t)}};
+  }
+
+ private:
+  double omega_, time_, end_;
+  std::function<double(double)> multiplier_;
+  FieldOf<closed::Oscillator> field_;
 };
 
 /// θ'' = −sin θ + u cos t.

@@ -67,6 +67,8 @@ TEST_P(Accuracy, IsKeptByTimeOptimalTransfer) {
     expect_known(solution, "second duration", 1.0, GetParam());
     expect_known(solution, "t1", 1.0, GetParam());
     expect_known(solution, "final_time", 2.0, GetParam());
+    // A report is that of the corrected root, as the unknowns are.
+    EXPECT_NEAR(solution["t1"].value, solution["first duration"].value, 1e-15);
   }
 }
 
@@ -94,6 +96,40 @@ TEST(Solve, BackwardDifferentiationKeepsTheAccuracyToo) {
   const Solution turn = solve(rotation(), vector({0.1}), options);
   ASSERT_TRUE(turn.solved()) << turn.message;
   expect_known(turn, "y0", small::RotationTransfer::y0(), 1e-6);
+}
+
+// Over many periods the errors of the steps add up to thousands of times their tolerance.
+TEST(Solve, ErrorBoundHoldsOnLongArcs) {
+  for (const double time : {1.0, 5.0, 20.0, 50.0}) {
+    for (const double omega : {0.7, 1.0, 1.3, 1.9}) {
+      const auto problem = std::make_shared<small::OscillatorTransfer>(omega, time, 0.5);
+      for (const double accuracy : {1e-4, 1e-6, 1e-8, 1e-10, 1e-11}) {
+        const Solution solution = solve(problem, vector({0.3}), {.accuracy = accuracy});
+        if (!solution.solved()) continue;  // an accuracy that doubles do not reach may be refused
+        SCOPED_TRACE(fmt::format("T = {}, omega = {}", time, omega));
+        expect_known(solution, "v0", problem->v0(), accuracy);
+        expect_known(solution, "end_v", problem->end_v(), accuracy);
+      }
+    }
+  }
+}
+
+// 1e-4 before a conjugate point an error of the integration moves the root by ten thousand times as much.
+TEST(Solve, ToleranceIsTightenedWhereTheRootIsIllConditioned) {
+  const auto problem = std::make_shared<small::OscillatorTransfer>(1.0, std::numbers::pi - 1e-4, -0.99);
+  for (const double accuracy : {1e-4, 1e-6, 1e-8}) {
+    const Solution solution = solve(problem, vector({50.0}), {.accuracy = accuracy});
+    ASSERT_TRUE(solution.solved()) << solution.message;
+    EXPECT_NEAR(solution["v0"].value, problem->v0(), accuracy * std::abs(problem->v0()));
+    EXPECT_LE(solution["v0"].error_bound, accuracy * std::abs(problem->v0()));
+  }
+}
+
+TEST(Solve, AccuracyThatDoublesCannotReachIsRefusedWithTheBestBound) {
+  const auto problem = std::make_shared<small::OscillatorTransfer>(1.0, std::numbers::pi - 1e-4, -0.99);
+  const Solution solution = solve(problem, vector({50.0}), {.accuracy = 1e-12});
+  EXPECT_FALSE(solution.solved());
+  EXPECT_TRUE(contains(solution.message, "accuracy 1e-12 is not reached: the best error bound is")) << solution.message;
 }
 
 // At a root known to ten digits |x − value| is the integration's and the rounding's: 1e-9 is ten times what was asked.
@@ -276,27 +312,9 @@ TEST(Solve, NumberThatIsNoneIsNeverCertified) {
   });
   EXPECT_FALSE(solve(reporting, vector({0.0})).solved());
 
-  class UndefinedInside final : public Problem {
-   public:
-    UndefinedInside() {
-      unknowns_ = {{"v0"}};
-      rows_ = {{"end x"}};
-      structure_ = {"oscillation"};
-    }
-    void shoot(Shot& shot) const override {
-      shot.row(0, shot.arc({.field = &field_, .t0 = 0.0, .t1 = 1.0, .state = {1.0, shot.unknown(0)}, .quadrature = {0.0},
-                            .parameter = {1.0}}).state[0]);
-    }
-    std::vector<Column> columns() const override { return {}; }
-    std::vector<double> observe(const ArcPoint&, const std::vector<double>&) const override { return {}; }
-    std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>&) const override {
-      return {{"multiplier", PathCheck::Kind::nonnegative, point.t > 0.2 && point.t < 0.8 ? nan : 1.0}};
-    }
-
-   private:
-    FieldOf<closed::Oscillator> field_;
-  };
-  EXPECT_FALSE(solve(std::make_shared<UndefinedInside>(), vector({0.0})).solved());
+  const auto undefined_inside = std::make_shared<small::OscillatorTransfer>(
+      1.0, 1.0, 0.0, [](double t) { return t > 0.2 && t < 0.8 ? nan : 1.0; });
+  EXPECT_FALSE(solve(undefined_inside, vector({0.0})).solved());
 }
 
 TEST(Solve, ExceptionsOfTheProblemPassThrough) {

@@ -41,7 +41,8 @@ Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<
   std::vector<double> path(origin.size());
   for (std::size_t i = 0; i < path.size(); ++i) path[i] = target[i] - origin[i];
 
-  shooting.set_flow_options({.tolerance = {.relative = options.tolerance, .absolute = options.tolerance}});
+  shooting.set_flow_options({.tolerance = {.relative = options.tolerance, .absolute = options.tolerance},
+                             .max_steps = options.max_steps});
   Kinsol newton(shooting.size());
   const long steps_before = shooting.statistics().steps;
   const NewtonOptions newton_options{.residual_tolerance = 10.0 * options.tolerance,

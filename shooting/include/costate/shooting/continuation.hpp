@@ -13,7 +13,8 @@ struct FollowOptions {
   double first_step = 0.25;     ///< as a fraction of the path
   double smallest_step = 1e-7;  ///< the path ends where a shorter step would be needed
   int max_points = 2000;
-  long max_integration_steps = 400000;  ///< of the whole path
+  long max_steps = 4000;                ///< of the integrator, per arc
+  long max_integration_steps = 200000;  ///< of the whole path
   int max_iterations = 8;       ///< of Newton's method at one point
 };
 
