@@ -194,6 +194,71 @@ TEST(DiskScene, FailuresSayWhereAndWhatToTry) {
   EXPECT_NE(outcome.message.find("try"), std::string::npos) << outcome.message;
 }
 
+// The problem computes in units of r/(√6 c₁): what it gives out is in seconds all the same.
+TEST(DiskScene, TrajectoryIsInSeconds) {
+  Scene scene;
+  scene.radius = 0.5;
+  scene.speed = 2.0;
+  scene.x = 0.3;
+  scene.y = 0.2;
+  scene.friction = 1.2;
+  const Outcome outcome = disk::solve_scene(scene, {.accuracy = 1e-10});
+  ASSERT_EQ(outcome.status, Outcome::Status::solved) << outcome.message;
+  const Solution& solution = outcome.solution;
+  EXPECT_NEAR(solution.final_time(), 0.259285522818559431, 1e-12);
+  EXPECT_NEAR(solution.final_time(), solution["final_time"].value, 1e-13);
+  const double junction = solution["t1"].value;
+  EXPECT_NEAR(solution.arcs.at(1).begin, junction, 1e-13);
+  const auto end = solution.at(solution.final_time());
+  EXPECT_NEAR(end[0], 0.3, 1e-10);
+  EXPECT_NEAR(end[1], 0.2, 1e-10);
+  EXPECT_NEAR(end[2], scene.heading, 1e-10);
+  // x' = V cos φ by a central difference whose error is h²x'''/6 + ε/h.
+  const double t = 0.5 * junction, h = 1e-5;
+  const auto middle = solution.at(t);
+  EXPECT_NEAR((solution.at(t + h)[0] - solution.at(t - h)[0]) / (2.0 * h), middle[3] * std::cos(middle[2]), 1e-7);
+  for (const CheckResult& check : solution.certificate.checks) EXPECT_LE(check.time, solution.final_time());
+}
+
+// x → −x, y → −y is V → −V, λ → −λ: the same motion seen backward along the heading.
+TEST(DiskScene, BackwardSceneHasTheSameTime) {
+  for (const double friction : {0.06, 0.0515}) {
+    Scene forward;
+    forward.friction = friction;
+    Scene backward = forward;
+    backward.x = backward.y = -1.0;
+    const Outcome a = disk::solve_scene(forward, {}), b = disk::solve_scene(backward, {});
+    ASSERT_EQ(a.status, Outcome::Status::solved) << a.message;
+    ASSERT_EQ(b.status, Outcome::Status::solved) << b.message;
+    EXPECT_NEAR(a.solution["final_time"].value, b.solution["final_time"].value, 1e-9);
+    EXPECT_NEAR(a.solution["V0"].value, -b.solution["V0"].value, 1e-9);
+  }
+}
+
+// The circle at constant speed needs the least friction only while the heading turns by π at most.
+TEST(DiskScene, NoLimitIsClaimedBeyondHalfATurn) {
+  Scene scene;
+  scene.x = -0.6712469922641969;
+  scene.y = 0.5014364701757417;
+  scene.heading = 5.0;
+  scene.friction = 0.045;  // more than the unlimited solution uses
+  const Outcome outcome = disk::solve_scene(scene, {});
+  EXPECT_EQ(outcome.status, Outcome::Status::solved) << outcome.message;
+  EXPECT_FALSE(outcome.k_min.has_value());
+  scene.friction = 0.0383;
+  EXPECT_EQ(disk::solve_scene(scene, {}).status, Outcome::Status::failed) << "binds twice inside: not built";
+}
+
+// A switching function of second order in the duration is no smaller for a coarse accuracy.
+TEST(DiskScene, CoarseAccuracyAdmitsNoWrongStructure) {
+  Scene scene;
+  scene.x = 2.1831;
+  scene.y = -3.0665;
+  scene.heading = -1.90423;
+  scene.friction = 0.0493;
+  EXPECT_NE(disk::solve_scene(scene, {.accuracy = 1e-3}).status, Outcome::Status::solved);
+}
+
 TEST(DiskScene, TrajectoryStaysOnTheEnergySurface) {
   Scene scene;
   scene.friction = 0.0525;

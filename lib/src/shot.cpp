@@ -107,7 +107,7 @@ ArcEnd Shot::arc(const ArcStart& start) {
 
 ArcEnd Shot::integrate(const ArcStart& start) {
   const Field& field = *start.field;
-  ArcRecord record{start.arc,           start.field,           start.t0.value,           start.t1.value, start.clock,
+  ArcRecord record{start.arc,           start.field,           start.t0.value,           start.t1.value, start.clock, 1.0,
                    values(start.state), values(start.quadrature), values(start.parameter), {},             {}};
   // A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so the start time moves z₀ by −f(z₀).
   std::vector<Jet> state = start.state;
@@ -139,9 +139,10 @@ ArcEnd Shot::integrate(const ArcStart& start) {
   return result;
 }
 
-void Shot::complete(const std::vector<double>& origin, const std::vector<double>& constants) {
+void Shot::complete(const std::vector<double>& origin, const std::vector<double>& constants, double time_unit) {
   for (ArcRecord& record : arcs_) {
     record.constants = constants;
+    record.time_unit = time_unit;
     for (std::size_t i = 0; i < origin.size(); ++i) record.quadrature[static_cast<Eigen::Index>(i)] += origin[i];
   }
 }

@@ -86,7 +86,7 @@ void DiskProblem::name_everything(const Scene& scene) {
   if (anchor_kind_ == ArcKind::free) {
     unknowns_.push_back({"speed_angle"});
   } else {
-    if (anchored_at_switch()) unknowns_.push_back({.name = "anchor_speed", .lower = 0.0, .upper = 1.0});
+    if (anchored_at_switch()) unknowns_.push_back({.name = "anchor_speed", .lower = -1.0, .upper = 1.0});
     unknowns_.push_back({"lambda_along"});
   }
   unknowns_.push_back({"lambda_across"});
@@ -226,7 +226,7 @@ void DiskProblem::report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anc
   shot.report("V0", "m/s", c * left.V);
   shot.report("Omega0", "rad/s", side * Omega / T);
   shot.complete({-left.x.value, -left.y.value},
-                {anchor.lambda_x.value, anchor.lambda_y.value, left.lambda_phi.value});
+                {anchor.lambda_x.value, anchor.lambda_y.value, left.lambda_phi.value}, T.value);
 }
 
 std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure) {

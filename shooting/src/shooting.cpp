@@ -46,6 +46,13 @@ const Shot& Shooting::evaluate(const Eigen::VectorXd& y, const std::vector<doubl
   return shot_.emplace(std::move(shot));
 }
 
+Shot Shooting::values(const Eigen::VectorXd& y) {
+  Shot shot(flows_, std::vector<Jet>(y.begin(), y.end()), std::vector<Jet>(parameters_.begin(), parameters_.end()),
+            problem_->rows().size());
+  problem_->shoot(shot);
+  return shot;
+}
+
 void Shooting::residual(const Eigen::VectorXd& y, Eigen::VectorXd& r) { r = residual(evaluate(y)); }
 
 void Shooting::jacobian(const Eigen::VectorXd& y, Eigen::MatrixXd& j) { j = jacobian(evaluate(y)); }

@@ -148,35 +148,43 @@ class Solver {
     return result;
   }
 
-  /// One Newton correction from an independent, tighter integration, and from it the error bounds.
+  /// One Newton correction from a tighter integration, a second opinion on it, and from both the error bounds.
   bool correct(double tolerance, const NewtonResult& result) {
     if (!near_root(result.termination)) return not_converged(result);
     const double tight = std::max(tightest_verify, verify_factor * tolerance);
     try {
       const std::vector<Report> loose = shooting_.evaluate(solution_.y).reports();
       shooting_.set_flow_options(flow_options(options_, tight));
-      const Shot& shot = shooting_.evaluate(solution_.y);
-      const Eigen::VectorXd residual = shooting_.residual(shot);
+      const Shot shot = shooting_.evaluate(solution_.y);
       const Eigen::MatrixXd jacobian = shooting_.jacobian(shot);
-      const Eigen::VectorXd scales = shooting_.row_scales();
-      const Eigen::MatrixXd scaled = scales.cwiseInverse().asDiagonal() * jacobian * shooting_.unknown_scales().asDiagonal();
-      const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
+      if (!isolated(jacobian)) return false;
       const Eigen::MatrixXd inverse = jacobian.fullPivLu().inverse();
-      solution_.certificate.condition = singular[0] / singular[singular.size() - 1];
-      if (!inverse.allFinite() || !(solution_.certificate.condition < 1e14)) {
-        solution_.message = fmt::format("the Jacobian is singular at the root found (condition {:.1e}): the solution is not "
-                                        "isolated; try another scene or structure",
-                                        solution_.certificate.condition);
-        return false;
-      }
-      const Eigen::VectorXd correction = inverse * residual;
-      // What the tight integration and rounding can still move a row by.
-      const Eigen::VectorXd rounding = scales * (4.0 * tight + 4.0 * std::numeric_limits<double>::epsilon());
+      const Eigen::VectorXd correction = inverse * shooting_.residual(shot);
       const double size = correction.cwiseQuotient(shooting_.unknown_scales()).cwiseAbs().maxCoeff();
       if (!result.converged() && !(size <= coarsest_accuracy)) return not_converged(result);
+
+      const Eigen::VectorXd before = solution_.y;
       solution_.y -= correction;
-      report_bounds(loose, shot.reports(), correction, inverse, rounding);
-      report_unknowns(correction.cwiseAbs() + inverse.cwiseAbs() * rounding);
+      // Errors of a multistep method are systematic, so the second opinion must have another tolerance to see them.
+      // A tighter one differs by nearly all of the first's error; where there is none, a looser one by several times that.
+      const bool at_floor = tight < 5.0 * tightest_verify;
+      shooting_.set_flow_options(flow_options(options_, tight * (at_floor ? 5.0 : 0.2)));
+      const Shot second = shooting_.values(solution_.y);
+      const Opinions opinions{inverse, correction, shooting_.residual(second), shooting_.row_scales(), at_floor ? 1.5 : 3.0};
+      solution_.reports.clear();
+      for (std::size_t i = 0; i < shot.reports().size(); ++i) {
+        const Report& report = shot.reports()[i];
+        Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(shooting_.size());
+        for (const auto& entry : report.value.gradient()) gradient[entry.column] = entry.derivative;
+        solution_.reports.push_back(opinions.quantity(report.name, report.unit, gradient, loose[i].value.value,
+                                                      report.value.value, second.reports()[i].value.value));
+      }
+      solution_.unknowns.clear();
+      for (Eigen::Index i = 0; i < shooting_.size(); ++i) {
+        solution_.unknowns.push_back(opinions.quantity(shooting_.problem().unknowns()[static_cast<std::size_t>(i)].name, "",
+                                                       Eigen::RowVectorXd::Unit(shooting_.size(), i), before[i], before[i],
+                                                       solution_.y[i]));
+      }
       return true;
     } catch (const LeftDomain& failure) {
       solution_.message = fmt::format("the root found cannot be verified: {}", failure.what());
@@ -184,29 +192,44 @@ class Solver {
     }
   }
 
-  void report_unknowns(const Eigen::VectorXd& bound) {
-    solution_.unknowns.clear();
-    for (Eigen::Index i = 0; i < shooting_.size(); ++i) {
-      const auto& unknown = shooting_.problem().unknowns()[static_cast<std::size_t>(i)];
-      solution_.unknowns.push_back({unknown.name, "", solution_.y[i], bound[i]});
-    }
+  bool isolated(const Eigen::MatrixXd& jacobian) {
+    const Eigen::MatrixXd scaled =
+        shooting_.row_scales().cwiseInverse().asDiagonal() * jacobian * shooting_.unknown_scales().asDiagonal();
+    const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
+    solution_.certificate.condition = singular[0] / singular[singular.size() - 1];
+    if (solution_.certificate.condition < 1e14) return true;
+    solution_.message = fmt::format("the Jacobian is singular at the root found (condition {:.1e}): the solution is not "
+                                    "isolated; try another scene or structure",
+                                    solution_.certificate.condition);
+    return false;
   }
 
-  /// Reports at the corrected root: their own integration error, what the correction moved, and what it may still move.
-  void report_bounds(const std::vector<Report>& loose, const std::vector<Report>& tight, const Eigen::VectorXd& correction,
-                     const Eigen::MatrixXd& inverse, const Eigen::VectorXd& rounding) {
-    solution_.reports.clear();
-    for (std::size_t i = 0; i < tight.size(); ++i) {
-      const double value = tight[i].value.value;
-      Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(shooting_.size());
-      for (const auto& entry : tight[i].value.gradient()) gradient[entry.column] = entry.derivative;
+  /// What two tight integrations say of the root: J⁻¹, the correction δ of the first at the root of the solve, the residual R₂
+  /// that the second still sees after it, and the scales of the rows.
+  struct Opinions {
+    Eigen::MatrixXd inverse;
+    Eigen::VectorXd correction, second_residual;
+    Eigen::VectorXd row_scales;
+    double margin;  ///< error of the first opinion in units of the disagreement
+
+    /// A quantity q with gradient g, known from the solve's integration (loose), from the first tight one at the same point, and
+    /// from the second at the corrected point. Its value is q − g·δ. Its bound adds what the tighter integration changed in q
+    /// and through δ, the disagreement of the two opinions with its margin, in q itself and through the rows, and rounding.
+    /// Through the rows each is counted as if all disagreed by as much as the worst, in the worst direction: a quantity in
+    /// which the disagreements happen to cancel is no better known for it.
+    [[nodiscard]] Quantity quantity(const std::string& name, const std::string& unit, const Eigen::RowVectorXd& gradient,
+                                    double loose, double tight, double at_corrected) const {
+      constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
       const double moved = gradient.dot(correction);
-      const double movable = (gradient * inverse).cwiseAbs().dot(rounding) +
-                             4.0 * std::numeric_limits<double>::epsilon() * std::abs(value);
-      solution_.reports.push_back({tight[i].name, tight[i].unit, value - moved,
-                                   std::abs(value - loose[i].value.value) + std::abs(moved) + movable});
+      const double value = tight - moved;
+      const double through_rows = (gradient * inverse).cwiseAbs().dot(row_scales);
+      const double row_disagreement = second_residual.cwiseQuotient(row_scales).cwiseAbs().maxCoeff();
+      return {name, unit, value,
+              std::abs(tight - loose) + std::abs(moved) +
+                  margin * (std::abs(at_corrected - value) + through_rows * row_disagreement) +
+                  rounding * (through_rows + std::abs(value))};
     }
-  }
+  };
 
   /// Refuses roots that are no solutions, and keeps the trajectory of those that are.
   void verify() {

@@ -22,7 +22,7 @@ std::string Range::describe() const {
 double parse_number(const std::string& flag, const std::string& text, const Range& range) {
   const char* begin = text.data();
   const char* end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;
+  if (end - begin > 1 && begin[0] == '+' && begin[1] != '-') ++begin;
   double value = 0.0;
   const auto [stop, error] = std::from_chars(begin, end, value);
   if (begin == end || stop != end || (error != std::errc{} && error != std::errc::result_out_of_range)) {

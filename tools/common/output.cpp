@@ -4,9 +4,11 @@
 
 #include <costate/error.hpp>
 
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <fmt/format.h>
+#include <system_error>
 #include <unistd.h>
 
 namespace costate::tools {
@@ -58,7 +60,7 @@ std::string csv_text(const Solution& solution, int points) {
     for (int i = 0; i <= cells; ++i) {
       // Both ends of an arc belong to it: a control may jump at a junction, and the row then stands twice.
       const double t = i == cells ? arc.end : arc.begin + (arc.end - arc.begin) * i / cells;
-      const Eigen::VectorXd both = arc.trajectory.at(t - arc.shift);
+      const Eigen::VectorXd both = arc.trajectory.at(arc.own(t));
       const Eigen::Index n = arc.record.state.size();
       const ArcPoint point{&arc.record, t, both.head(n), both.tail(both.size() - n)};
       text += fmt::format("{:.17g},{}", t, solution.problem->structure()[static_cast<std::size_t>(arc.record.arc)]);
@@ -172,7 +174,7 @@ void write_csv(const Solution& solution, const std::string& file, int points) {
   const bool closed = out != nullptr && std::fclose(out) == 0;
   if (!written || !closed || std::rename(partial.c_str(), file.c_str()) != 0) {
     std::remove(partial.c_str());
-    throw BadInput(fmt::format("--csv {} could not be written", file));
+    throw std::system_error(errno, std::generic_category(), fmt::format("--csv {}", file));
   }
 }
 

@@ -99,7 +99,7 @@ std::optional<double> least_friction(const Scene& scene) {
   const double chord = std::hypot(scene.x, scene.y);
   const double off_axis = scene.x * std::sin(half) - y * std::cos(half);
   const double along = scene.x * std::cos(half) + y * std::sin(half);
-  if (!(half < std::numbers::pi && chord > 0.0 && along > 0.0 && std::abs(off_axis) <= 1e-12 * chord)) return std::nullopt;
+  if (!(half <= std::numbers::pi / 2 && chord > 0.0 && along > 0.0 && std::abs(off_axis) <= 1e-9 * chord)) return std::nullopt;
   const double R = chord / (2.0 * std::sin(half));
   const double L = scene.radius / std::sqrt(6.0);
   return scene.speed * scene.speed * R / (scene.gravity * (R * R + L * L));

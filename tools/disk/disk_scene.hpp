@@ -30,7 +30,7 @@ struct Outcome {
 /// \throws BadInput for a scene value out of range (see check_scene).
 [[nodiscard]] Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
-/// The least friction coefficient of a symmetric scene (chord at half the end heading): that of the circular arc at constant
+/// The least friction coefficient of a symmetric scene (chord at half the end heading, which is at most π): that of the circular arc at constant
 /// speed, c₁² R/(g (R² + L²)), R the circle's radius. Nothing for other scenes.
 [[nodiscard]] std::optional<double> least_friction(const Scene& scene);
 

@@ -64,9 +64,10 @@ double StructureSearch::duration(const Eigen::VectorXd& y, std::size_t arc) cons
 
 Solution StructureSearch::failed(const std::string& why) const {
   Solution solution;
-  solution.message = fmt::format("the arcs of this scene were not found: structure {} ends at friction = {:.9g}: {}; try a larger "
-                                 "friction coefficient",
-                                 letters(arcs_), friction_, why);
+  const std::string where = std::isfinite(friction_) ? fmt::format("structure {} ends at friction = {:.9g}", letters(arcs_), friction_)
+                                                     : "no arc can be added to the free one";
+  solution.message =
+      fmt::format("the arcs of this scene were not found: {}: {}; try a larger friction coefficient", where, why);
   return solution;
 }
 
@@ -138,12 +139,13 @@ std::string StructureSearch::restructure(const Shot& shot) {
     return "the friction limit binds where the unlimited motion turns against its end heading";
   }
   const FreePoint start(*free, free->state[0]), end(*free, free->end_state[0]);
+  const std::size_t before = arcs_.size();
   if (arcs_.size() == 1 && start.A * end.A < 0.0) {
     insert_inside(*free);
   } else {
     insert_at_ends(*free);
   }
-  return {};
+  return arcs_.size() > before ? "" : "the friction limit binds in more than one place inside the free arc";
 }
 
 void StructureSearch::insert_at_ends(const ArcRecord& free) {

@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   return tools::run("costate-reproduce", [&] {
     if (json && markdown) throw BadInput("--json and --markdown exclude each other");
     const auto paper = nlohmann::json::parse(tools::rolling_disk_paper);
-    const std::vector<PaperRow> rows = disk_rows(paper, 1e-12);
+    const std::vector<PaperRow> rows = disk_rows(paper, 1e-11);
     if (json) {
       fmt::print("{}\n", to_json(paper, rows).dump(2));
     } else {

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
-#include <type_traits>
 
 namespace costate {
 
@@ -110,11 +109,6 @@ struct Dual {
     return r;
   }
 };
-
-template <class T>
-struct is_dual : std::false_type {};
-template <class T, int N>
-struct is_dual<Dual<T, N>> : std::true_type {};
 
 // Mixing a nested dual with a plain number: the inner scalar's own overloads do not see double.
 #define COSTATE_DUAL_WITH_DOUBLE(op)                                      \

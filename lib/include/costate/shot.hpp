@@ -17,7 +17,7 @@ struct ArcStart {
   int arc = 0;               ///< place of the arc in the problem's sequence
   const Field* field = nullptr;
   Jet t0{}, t1{};
-  double clock = 0.0;        ///< the problem's time at the integration variable's 0
+  double clock = 0.0;        ///< time of the chain of arcs at the integration variable's 0, in the integration's unit
   std::vector<Jet> state{};       ///< z₀ (n)
   std::vector<Jet> quadrature{};  ///< w₀ (k)
   std::vector<Jet> parameter{};   ///< p (m)
@@ -33,6 +33,7 @@ struct ArcRecord {
   int arc = 0;
   const Field* field = nullptr;
   double t0 = 0.0, t1 = 0.0, clock = 0.0;
+  double time_unit = 1.0;  ///< of the integration, in the unit of the problem's reports
   Eigen::VectorXd state, quadrature, parameter;  ///< z, w at t0; p
   Eigen::VectorXd end_state;                     ///< z at t1
   std::vector<double> constants;  ///< the problem's constants of motion, as given to Shot::complete
@@ -74,9 +75,10 @@ class Shot {
     reports_.push_back({std::move(name), std::move(unit), value});
   }
 
-  /// Called last where arcs were integrated outward from an inner point: `origin` is added to every recorded quadrature, and
-  /// the problem's constants of motion are kept with every arc for those who observe it.
-  void complete(const std::vector<double>& origin, const std::vector<double>& constants);
+  /// Called last, for those who observe the arcs. Where these were integrated outward from an inner point, `origin` is added to
+  /// every recorded quadrature; the problem's constants of motion are kept with every arc; and `time_unit` says how long the unit
+  /// of the integration is in that of the reports, where a problem computes in units of its own.
+  void complete(const std::vector<double>& origin, const std::vector<double>& constants, double time_unit = 1.0);
 
   [[nodiscard]] const std::vector<Jet>& rows() const { return rows_; }
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }

@@ -22,9 +22,12 @@ class Shooting final : public NonlinearSystem {
   [[nodiscard]] const FlowOptions& flow_options() const { return flows_.options(); }
 
   /// A whole evaluation at y. With `path` (one rate per parameter) the derivative of every jet along it is in column size().
-  /// The last point is remembered, so asking again costs nothing. The reference is valid until the next call.
-  /// \throws LeftDomain
+  /// The last point is remembered, so asking again costs nothing. The reference is valid until the
+  /// next call of a function that is not const. \throws LeftDomain
   const Shot& evaluate(const Eigen::VectorXd& y, const std::vector<double>& path = {});
+
+  /// The same without derivatives: the integrations follow the states alone, with steps of their own. \throws LeftDomain
+  [[nodiscard]] Shot values(const Eigen::VectorXd& y);
 
   [[nodiscard]] Eigen::Index size() const override { return static_cast<Eigen::Index>(problem_->unknowns().size()); }
   void residual(const Eigen::VectorXd& y, Eigen::VectorXd& r) override;

@@ -46,9 +46,13 @@ struct Cost {
 /// One integrated arc of a solution.
 struct ArcTrace {
   ArcRecord record;
-  double begin = 0.0, end = 0.0;  ///< the problem's time, begin ≤ end
-  double shift = 0.0;             ///< problem time = integration time + shift
+  double begin = 0.0, end = 0.0;  ///< time from the start of the first arc, in the unit of the reports; begin ≤ end
+  double origin = 0.0;            ///< time of the first arc's start on the clock of the records
   Trajectory trajectory;
+
+  /// From the trajectory's own variable to the time of the reports, and back.
+  [[nodiscard]] double time(double own) const { return (record.clock + own - origin) * record.time_unit; }
+  [[nodiscard]] double own(double time) const { return time / record.time_unit + origin - record.clock; }
 };
 
 struct Solution {
