@@ -88,7 +88,8 @@ Solution StructureSearch::run() {
   unlimited.friction.reset();
   {
     Shooting free(make_problem(unlimited, arcs_));
-    free.set_flow_options({.tolerance = {.relative = FollowOptions{}.tolerance, .absolute = FollowOptions{}.tolerance}});
+    // Which ends bind may be decided by the last digits: the friction there must be known to them.
+    free.set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
     if (const std::string why = restructure(free.evaluate(y_)); !why.empty()) return failed(why);
   }
   for (int stage = 0; stage < most_stages; ++stage) {
