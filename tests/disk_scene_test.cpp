@@ -235,6 +235,23 @@ TEST(DiskScene, BackwardSceneHasTheSameTime) {
   }
 }
 
+// Small headings have several extremals; times of the fastest from a multistart (300 starts a scene) that shares no code.
+TEST(DiskScene, FastestExtremalOfSmallHeadings) {
+  struct Found {
+    double x, y, heading, time;
+  };
+  for (const Found& known : {Found{-2.7232, 2.3772, 0.1546, 4.5878}, Found{2.2048, -3.1355, 0.7459, 5.8049},
+                             Found{-1.8811, 3.8477, 0.7145, 6.481}, Found{0.9926, -2.5541, 0.1951, 4.792}}) {
+    Scene scene;
+    scene.x = known.x;
+    scene.y = known.y;
+    scene.heading = known.heading;
+    const Outcome outcome = disk::solve_scene(scene, {});
+    ASSERT_EQ(outcome.status, Outcome::Status::solved) << outcome.message;
+    EXPECT_LT(outcome.solution["final_time"].value, known.time + 5e-4) << known.x;
+  }
+}
+
 // The circle at constant speed needs the least friction only while the heading turns by π at most.
 TEST(DiskScene, NoLimitIsClaimedBeyondHalfATurn) {
   Scene scene;

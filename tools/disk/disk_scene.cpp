@@ -54,23 +54,36 @@ void add(Cost& total, const Cost& part) {
   total.newton_iterations += part.newton_iterations;
 }
 
-/// The unlimited solution, from the disk that turns on the spot. Its equations degenerate with its heading, so a small end
-/// heading is reached in a second stage, from a quarter turn to the same place.
-Solution solve_free(const Scene& scene, const SolveOptions& options, Cost& cost) {
-  constexpr double least_turn = 1.0;
-  Scene unlimited = scene;
-  unlimited.friction.reset();
-  Scene turned = unlimited;
-  if (std::abs(scene.heading) < least_turn) turned.heading = std::copysign(std::numbers::pi / 2, scene.heading);
-  Scene spot = turned;
-  spot.x = spot.y = 0.0;
+void add(Cost& total, const Statistics& statistics) {
+  total.steps += statistics.steps;
+  total.rhs_evaluations += statistics.rhs_evaluations;
+  total.sensitivity_evaluations += statistics.sensitivity_evaluations;
+}
 
+/// Ways from the disk that turns on the spot to the scene, as lists of scenes to pass through. A small end heading makes the
+/// start degenerate and the straight way ambiguous (it may follow an extremal past the point where another becomes faster), so
+/// then the scene is approached from a quarter turn, one coordinate after the other, and from a half turn as well.
+std::vector<std::vector<Scene>> ways_to(const Scene& scene) {
+  constexpr double least_turn = 1.0;
+  if (std::abs(scene.heading) >= least_turn) return {{scene}};
+  Scene turned = scene, along = scene, aside = scene, half_turn = scene;
+  turned.heading = along.heading = aside.heading = std::copysign(std::numbers::pi / 2, scene.heading);
+  half_turn.heading = 2.0 * turned.heading;
+  along.y = 0.0;
+  aside.x = 0.0;
+  return {{turned, scene}, {along, turned, scene}, {aside, turned, scene}, {half_turn, scene}, {scene}};
+}
+
+/// Follows one way and solves at its end.
+Solution solve_along(const std::vector<Scene>& way, const SolveOptions& options, long integration_steps, Cost& cost) {
+  Scene spot = way.front();
+  spot.x = spot.y = 0.0;
   Shooting shooting(make_problem(spot, {{ArcKind::free}}));
   Eigen::VectorXd y = Eigen::Vector3d{std::numbers::pi / 2, 0.0, std::abs(spot.heading)};
   Solution solution;
   bool reached = true;
-  for (const Scene* stage : {&turned, &unlimited}) {
-    const Followed path = follow(shooting, y, parameters(*stage, false));
+  for (const Scene& stage : way) {
+    const Followed path = follow(shooting, y, parameters(stage, false), {.max_integration_steps = integration_steps});
     y = path.y;
     cost.newton_iterations += path.newton_iterations;
     reached = path.reached;
@@ -84,11 +97,24 @@ Solution solve_free(const Scene& scene, const SolveOptions& options, Cost& cost)
     solution = solve(shooting, y, options);
     cost.newton_iterations += solution.cost.newton_iterations;
   }
-  const Statistics all = shooting.statistics();
-  cost.steps += all.steps;
-  cost.rhs_evaluations += all.rhs_evaluations;
-  cost.sensitivity_evaluations += all.sensitivity_evaluations;
+  add(cost, shooting.statistics());
   return solution;
+}
+
+/// The unlimited solution: the fastest extremal that any of the ways leads to.
+Solution solve_free(const Scene& scene, const SolveOptions& options, Cost& cost) {
+  Scene unlimited = scene;
+  unlimited.friction.reset();
+  const auto ways = ways_to(unlimited);
+  constexpr long long_way = 70000;  // several ways together stay within a few times one
+  const long share = ways.size() == 1 ? FollowOptions{}.max_integration_steps : long_way;
+  Solution best;
+  for (const auto& way : ways) {
+    Solution found = solve_along(way, options, share, cost);
+    const bool better = found.solved() && (!best.solved() || found.final_time() < best.final_time());
+    if (better || best.problem == nullptr) best = std::move(found);
+  }
+  return best;
 }
 
 }  // namespace
