@@ -5,6 +5,7 @@
 
 #include <costate/error.hpp>
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 namespace costate::test {
@@ -232,6 +233,30 @@ TEST(DiskScene, BackwardSceneHasTheSameTime) {
     ASSERT_EQ(b.status, Outcome::Status::solved) << b.message;
     EXPECT_NEAR(a.solution["final_time"].value, b.solution["final_time"].value, 1e-9);
     EXPECT_NEAR(a.solution["V0"].value, -b.solution["V0"].value, 1e-9);
+  }
+}
+
+// Run backward and mirrored, a motion solves the scene (x cos φ_f + y sin φ_f, x sin φ_f − y cos φ_f, φ_f) in the same time.
+TEST(DiskScene, TimeReversalKeepsTheTime) {
+  struct Given {
+    double x, y, heading, friction;
+  };
+  for (const Given& g : {Given{1.7523, 2.1246, 2.2731, 0.08552}, Given{2.2838, 2.9259, 2.3259, 0.07335},
+                         Given{0.41416, 2.45421, 2.55159, 0.06657}, Given{1.5, 1.0, 1.5707963267948966, 0.078}}) {
+    Scene scene, reversed;
+    scene.x = g.x;
+    scene.y = g.y;
+    scene.heading = reversed.heading = g.heading;
+    scene.friction = reversed.friction = g.friction;
+    reversed.x = g.x * std::cos(g.heading) + g.y * std::sin(g.heading);
+    reversed.y = g.x * std::sin(g.heading) - g.y * std::cos(g.heading);
+    const Outcome a = disk::solve_scene(scene, {}), b = disk::solve_scene(reversed, {});
+    ASSERT_EQ(a.status, Outcome::Status::solved) << a.message;
+    ASSERT_EQ(b.status, Outcome::Status::solved) << b.message;
+    EXPECT_NEAR(a.solution["final_time"].value, b.solution["final_time"].value, 1e-8);
+    std::string backward = letters(b.solution);
+    std::reverse(backward.begin(), backward.end());
+    EXPECT_EQ(letters(a.solution), backward);
   }
 }
 

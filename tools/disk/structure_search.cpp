@@ -11,6 +11,7 @@ namespace {
 /// A new saturated arc may take this part of the free arc it is born on: far enough from the birth, where the equations
 /// degenerate, and near enough for the local expansion to be a good guess.
 constexpr double largest_birth = 0.05;
+constexpr double smallest_birth = largest_birth / 100.0;
 constexpr int most_stages = 12;
 
 std::string letters(const Structure& arcs) {
@@ -56,7 +57,8 @@ StructureSearch::StructureSearch(const Scene& scene, const Solution& free, const
       unit_(scene.speed * scene.speed / (scene.gravity * scene.radius / std::sqrt(6.0))),
       arcs_{{ArcKind::free}},
       y_(free.y),
-      friction_(std::numeric_limits<double>::infinity()) {}
+      friction_(std::numeric_limits<double>::infinity()),
+      birth_(largest_birth) {}
 
 double StructureSearch::duration(const Eigen::VectorXd& y, std::size_t arc) const {
   return y[y.size() - static_cast<Eigen::Index>(arcs_.size() - arc)];
@@ -90,7 +92,7 @@ Solution StructureSearch::run() {
     Shooting free(make_problem(unlimited, arcs_));
     // Which ends bind may be decided by the last digits: the friction there must be known to them.
     free.set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
-    if (const std::string why = restructure(free.evaluate(y_)); !why.empty()) return failed(why);
+    if (const std::string why = change(free.evaluate(y_).arcs()); !why.empty()) return failed(why);
   }
   for (int stage = 0; stage < most_stages; ++stage) {
     Scene here = scene_;
@@ -106,11 +108,11 @@ Solution StructureSearch::run() {
     Solution solution;
     std::string why;
     if (path.stopped) {
-      why = restructure(shooting.evaluate(y_));
+      why = change(shooting.evaluate(y_).arcs());
     } else if (path.reached) {
       solution = solve(shooting, y_, options_);
       cost_.newton_iterations += solution.cost.newton_iterations;
-    } else {
+    } else if (path.points > 0 || !try_smaller_birth()) {
       why = path.message;
     }
     const Statistics statistics = shooting.statistics();
@@ -123,10 +125,25 @@ Solution StructureSearch::run() {
   return failed(fmt::format("the structure changed {} times on the way", most_stages));
 }
 
-std::string StructureSearch::restructure(const Shot& shot) {
+std::string StructureSearch::change(const std::vector<ArcRecord>& records) {
+  before_.emplace(Before{arcs_, y_, friction_, records});
+  birth_ = largest_birth;
+  return restructure(records);
+}
+
+bool StructureSearch::try_smaller_birth() {
+  birth_ /= 4.0;
+  if (!before_ || birth_ < smallest_birth) return false;
+  arcs_ = before_->arcs;
+  y_ = before_->y;
+  friction_ = before_->friction;
+  return restructure(before_->records).empty();
+}
+
+std::string StructureSearch::restructure(const std::vector<ArcRecord>& records) {
   const std::size_t i = index_of_free(arcs_);
   if (i == arcs_.size()) return "an arc without free motion has no duration left";
-  const auto free = std::find_if(shot.arcs().begin(), shot.arcs().end(),
+  const auto free = std::find_if(records.begin(), records.end(),
                                  [&](const ArcRecord& record) { return record.arc == static_cast<int>(i); });
   for (std::size_t j = 0; j < arcs_.size(); ++j) {
     if (j != i && duration(y_, j) <= 0.0) return fmt::format("arc {} has no duration left", j + 1);
@@ -156,7 +173,7 @@ void StructureSearch::insert_at_ends(const ArcRecord& free) {
   const bool starts = i == 0, ends = i + 1 == arcs_.size();
   const bool start_leads = starts && (!ends || start.friction() >= end.friction());
   const FreePoint& leading = start_leads ? start : end;
-  const double cap = leading.friction() - largest_birth * d * std::abs(leading.friction_rate()) / 1.5;
+  const double cap = leading.friction() - birth_ * d * std::abs(leading.friction_rate()) / 1.5;
   const double limit = std::min(friction_, std::max(*scene_.friction, unit_ * cap)) / unit_;
 
   const auto birth = [&](const FreePoint& p) {
@@ -196,7 +213,7 @@ void StructureSearch::insert_inside(const ArcRecord& free) {
     const double step = (middle - start.phi) / cells;
     time += step / FreePoint(free, start.phi + (j + 0.5) * step).Omega;
   }
-  const double largest = largest_birth * d / std::numbers::sqrt3 * lambda;
+  const double largest = birth_ * d / std::numbers::sqrt3 * lambda;
   const double limit = std::max(*scene_.friction / unit_, lambda * std::sqrt(1.0 - largest * largest));
   const double ratio = limit / lambda;
   const double half_width = std::numbers::sqrt3 * std::sqrt(1.0 - ratio * ratio) / lambda;

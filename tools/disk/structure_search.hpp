@@ -28,12 +28,22 @@ class StructureSearch {
 
   [[nodiscard]] bool fits(const Shot& shot, const Eigen::VectorXd& y, double friction) const;
   /// Changes the structure; returns why that is not possible, or nothing.
-  [[nodiscard]] std::string restructure(const Shot& shot);
+  [[nodiscard]] std::string restructure(const std::vector<ArcRecord>& records);
   void insert_at_ends(const ArcRecord& free);
   void insert_inside(const ArcRecord& free);
   void drop_free_arc(const ArcRecord& free);
   [[nodiscard]] double duration(const Eigen::VectorXd& y, std::size_t arc) const;
   [[nodiscard]] Solution failed(const std::string& why) const;
+
+  /// What a change of structure started from, for another try with a smaller birth.
+  struct Before {
+    Structure arcs;
+    Eigen::VectorXd y;
+    double friction;
+    std::vector<ArcRecord> records;
+  };
+  [[nodiscard]] std::string change(const std::vector<ArcRecord>& records);
+  bool try_smaller_birth();
 
   Scene scene_;
   SolveOptions options_;
@@ -41,6 +51,8 @@ class StructureSearch {
   Structure arcs_;
   Eigen::VectorXd y_;
   double friction_;  ///< coefficient at which (arcs_, y_) holds
+  double birth_;     ///< part of a free arc that a saturated one may take at its birth
+  std::optional<Before> before_;
   Cost cost_;
 };
 
