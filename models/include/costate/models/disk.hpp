@@ -51,7 +51,9 @@ struct FastestRolling {
   }
 };
 
-/// Disk whose speed V is a state and V' the control; parameter κ.
+/// Disk whose speed V is a state and V' the control; parameter κ. With LimitingFriction this states the saturated arc as
+/// Pontryagin's principle gives it; what is integrated is SaturatedArc, the same flow in a form without roots, and the tests hold
+/// one against the other.
 struct LimitedRolling {
   static constexpr int states = 4, cyclic = 2, controls = 1, parameters = 1;
   template <class S>

@@ -24,9 +24,9 @@ struct SolveOptions {
 /// Solves R(y) = 0 from the guess `start`.
 ///
 /// Newton's method runs on a ladder of integration tolerances, loose first. The root is then evaluated by an integration
-/// fifty times tighter, whose Newton correction δ = J⁻¹R is applied, and by a second one that follows the states alone and so takes
-/// other steps. The error bound is |δ|, plus three times what the two disagree by, plus what rounding of the rows is worth. If
-/// the bound exceeds the accuracy the tolerance is tightened and the solve goes on; if doubles cannot reach it, the status
+/// fifty times tighter (twenty, where it is as tight as can be), whose Newton correction δ = J⁻¹R is applied, and by a second one
+/// at yet another tolerance that follows the states alone. The error bound is |δ|, plus what the two disagree by with a
+/// margin, plus what rounding of the rows is worth: an estimate, not a proof. If the bound exceeds the accuracy the tolerance is tightened and the solve goes on; if doubles cannot reach it, the status
 /// is failed and the message gives the best bound.
 /// After that every unknown must lie in its domain and every path check must hold, else the root is refused.
 ///
