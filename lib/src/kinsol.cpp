@@ -108,7 +108,7 @@ Kinsol& Kinsol::operator=(Kinsol&&) noexcept = default;
 
 namespace {
 
-Termination termination(int flag) {
+Termination termination(int flag, const std::string& message) {
   switch (flag) {
     case KIN_SUCCESS:
     case KIN_INITIAL_GUESS_OK: return Termination::converged;
@@ -123,7 +123,7 @@ Termination termination(int flag) {
     case KIN_LSETUP_FAIL:
     case KIN_LSOLVE_FAIL:
     case KIN_LINSOLV_NO_RECOVERY: return Termination::singular_jacobian;
-    default: throw InternalError(fmt::format("KINSol failed with flag {}", flag));
+    default: throw InternalError(fmt::format("KINSol failed with flag {}: {}", flag, message));
   }
 }
 
@@ -151,7 +151,7 @@ NewtonResult Kinsol::solve(NonlinearSystem& system, Eigen::VectorXd& y, const Ei
                           m.r_weight.get());
   m.gate.rethrow();
   NewtonResult result;
-  result.termination = m.evaluations > m.most_evaluations ? Termination::stalled : termination(flag);
+  result.termination = m.evaluations > m.most_evaluations ? Termination::stalled : termination(flag, m.message);
   y = view(m.y.get());
   long iterations = 0;
   check(KINGetNumNonlinSolvIters(m.kinsol, &iterations), "KINGetNumNonlinSolvIters");

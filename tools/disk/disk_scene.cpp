@@ -47,19 +47,6 @@ FrictionRange friction_range(const Solution& free) {
   return range;
 }
 
-void add(Cost& total, const Cost& part) {
-  total.steps += part.steps;
-  total.rhs_evaluations += part.rhs_evaluations;
-  total.sensitivity_evaluations += part.sensitivity_evaluations;
-  total.newton_iterations += part.newton_iterations;
-}
-
-void add(Cost& total, const Statistics& statistics) {
-  total.steps += statistics.steps;
-  total.rhs_evaluations += statistics.rhs_evaluations;
-  total.sensitivity_evaluations += statistics.sensitivity_evaluations;
-}
-
 /// Ways from the disk that turns on the spot to the scene, as lists of scenes to pass through. A small end heading makes the
 /// start degenerate and the straight way ambiguous (it may follow an extremal past the point where another becomes faster), so
 /// then the scene is approached from a quarter turn, one coordinate after the other, and from a half turn as well.
@@ -97,7 +84,7 @@ Solution solve_along(const std::vector<Scene>& way, const SolveOptions& options,
     solution = solve(shooting, y, options);
     cost.newton_iterations += solution.cost.newton_iterations;
   }
-  add(cost, shooting.statistics());
+  cost.add(shooting.statistics());
   return solution;
 }
 
@@ -160,9 +147,8 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     outcome.solution = std::move(free);
     return finish(Outcome::Status::solved, "");
   }
-  StructureSearch search(scene, free, options);
+  StructureSearch search(scene, free, options, outcome.cost);
   outcome.solution = search.run();
-  add(outcome.cost, search.cost());
   return finish(outcome.solution.solved() ? Outcome::Status::solved : Outcome::Status::failed, outcome.solution.message);
 }
 

@@ -29,8 +29,8 @@ struct Outcome {
 /// between two saturated ones that has shrunk to nothing leaves them alone.
 [[nodiscard]] Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
-/// The least friction coefficient of a symmetric scene (chord at half the end heading, which is at most π): that of the circular arc at constant
-/// speed, c₁² R/(g (R² + L²)), R the circle's radius. Nothing for other scenes.
+/// The least friction coefficient of a symmetric scene (chord at half the end heading, which is at most π): that of the
+/// circular arc at constant speed, c₁² R/(g (R² + L²)), R the circle's radius. Nothing for other scenes.
 [[nodiscard]] std::optional<double> least_friction(const Scene& scene);
 
 }  // namespace costate::disk

@@ -51,14 +51,15 @@ struct StructureSearch::FreePoint {
   [[nodiscard]] double speed_angle() const { return std::atan2(Omega, A); }
 };
 
-StructureSearch::StructureSearch(const Scene& scene, const Solution& free, const SolveOptions& options)
+StructureSearch::StructureSearch(const Scene& scene, const Solution& free, const SolveOptions& options, Cost& cost)
     : scene_(scene),
       options_(options),
       unit_(scene.speed * scene.speed / (scene.gravity * scene.radius / std::sqrt(6.0))),
       arcs_{{ArcKind::free}},
       y_(free.y),
       friction_(std::numeric_limits<double>::infinity()),
-      birth_(largest_birth) {}
+      birth_(largest_birth),
+      cost_(cost) {}
 
 double StructureSearch::duration(const Eigen::VectorXd& y, std::size_t arc) const {
   return y[y.size() - static_cast<Eigen::Index>(arcs_.size() - arc)];
@@ -115,10 +116,7 @@ Solution StructureSearch::run() {
     } else if (path.points > 0 || !try_smaller_birth()) {
       why = path.message;
     }
-    const Statistics statistics = shooting.statistics();
-    cost_.steps += statistics.steps;
-    cost_.rhs_evaluations += statistics.rhs_evaluations;
-    cost_.sensitivity_evaluations += statistics.sensitivity_evaluations;
+    cost_.add(shooting.statistics());
     if (!why.empty()) return failed(why);
     if (path.reached && !path.stopped) return solution;
   }

@@ -16,12 +16,11 @@ namespace costate::disk {
 class StructureSearch {
  public:
   /// `free` is the solution with unlimited friction; the scene's coefficient is below what it uses.
-  StructureSearch(const Scene& scene, const Solution& free, const SolveOptions& options);
+  /// What the search costs, seconds excepted, is added to `cost`, which must outlive it.
+  StructureSearch(const Scene& scene, const Solution& free, const SolveOptions& options, Cost& cost);
 
   /// The scene's solution, or a failed one that says where the search ended.
   [[nodiscard]] Solution run();
-  /// Cost of everything done, seconds excepted.
-  [[nodiscard]] const Cost& cost() const { return cost_; }
 
  private:
   struct FreePoint;
@@ -53,7 +52,7 @@ class StructureSearch {
   double friction_;  ///< coefficient at which (arcs_, y_) holds
   double birth_;     ///< part of a free arc that a saturated one may take at its birth
   std::optional<Before> before_;
-  Cost cost_;
+  Cost& cost_;
 };
 
 }  // namespace costate::disk

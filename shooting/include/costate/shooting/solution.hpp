@@ -41,6 +41,13 @@ struct Cost {
   long rhs_evaluations = 0;
   long sensitivity_evaluations = 0;
   long newton_iterations = 0;
+
+  /// What integrations have cost.
+  void add(const Statistics& statistics) {
+    steps += statistics.steps;
+    rhs_evaluations += statistics.rhs_evaluations;
+    sensitivity_evaluations += statistics.sensitivity_evaluations;
+  }
 };
 
 /// One integrated arc of a solution.
