@@ -107,8 +107,17 @@ ArcEnd Shot::arc(const ArcStart& start) {
 
 ArcEnd Shot::integrate(const ArcStart& start) {
   const Field& field = *start.field;
-  ArcRecord record{start.arc,           start.field,           start.t0.value,           start.t1.value, start.clock, 1.0,
-                   values(start.state), values(start.quadrature), values(start.parameter), {},             {}};
+  ArcRecord record{.arc = start.arc,
+                   .field = start.field,
+                   .t0 = start.t0.value,
+                   .t1 = start.t1.value,
+                   .clock = start.clock,
+                   .time_quadrature = start.time_quadrature,
+                   .state = values(start.state),
+                   .quadrature = values(start.quadrature),
+                   .parameter = values(start.parameter),
+                   .end_state = {},
+                   .constants = {}};
   // A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so the start time moves z₀ by −f(z₀).
   std::vector<Jet> state = start.state;
   std::vector<Jet> quadrature = start.quadrature;

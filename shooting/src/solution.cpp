@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 #include <fmt/format.h>
 
 namespace costate {
@@ -15,9 +17,28 @@ bool Certificate::holds() const {
   return std::all_of(checks.begin(), checks.end(), [](const CheckResult& check) { return check.holds(); });
 }
 
-const Quantity& Solution::operator[](const std::string& name) const {
+double ArcTrace::time(double own) const {
+  const double chain = record.time_quadrature ? trajectory.at(own)[record.state.size() + *record.time_quadrature]
+                                              : record.clock + own;
+  return (chain - origin) * record.time_unit;
+}
+
+double ArcTrace::own(double wanted) const {
+  if (!record.time_quadrature) return wanted / record.time_unit + origin - record.clock;
+  double low = trajectory.start_time(), high = trajectory.end_time();
+  if (time(low) > time(high)) std::swap(low, high);  // low and high in the order of time, not of their values
+  if (wanted <= time(low)) return low;
+  if (wanted >= time(high)) return high;
+  while (true) {
+    const double middle = std::midpoint(low, high);
+    if (middle == low || middle == high) return middle;
+    (time(middle) < wanted ? low : high) = middle;
+  }
+}
+
+const Quantity& find(std::initializer_list<const std::vector<Quantity>*> lists, const std::string& name) {
   std::string known;
-  for (const auto* list : {&reports, &unknowns}) {
+  for (const auto* list : lists) {
     for (const Quantity& quantity : *list) {
       if (quantity.name == name) return quantity;
       known += (known.empty() ? "" : ", ") + quantity.name;
@@ -25,6 +46,8 @@ const Quantity& Solution::operator[](const std::string& name) const {
   }
   throw BadInput(fmt::format("the solution has no quantity '{}'; it has {}", name, known));
 }
+
+const Quantity& Solution::operator[](const std::string& name) const { return find({&reports, &unknowns}, name); }
 
 double Solution::final_time() const { return arcs.empty() ? 0.0 : arcs.back().end; }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <fmt/format.h>
 
 namespace costate {
@@ -25,15 +26,19 @@ std::string outside_domain(const Problem& problem, const Eigen::VectorXd& y) {
 
 /// Integrates every arc again with dense output, ordered by time, the first starting at 0.
 std::vector<ArcTrace> trace(Shooting& shooting, const Shot& shot) {
-  double origin = std::numeric_limits<double>::infinity();
-  for (const ArcRecord& record : shot.arcs()) origin = std::min(origin, record.clock + std::min(record.t0, record.t1));
+  double first = std::numeric_limits<double>::infinity();
   std::vector<ArcTrace> traces;
   for (const ArcRecord& record : shot.arcs()) {
-    ArcTrace arc{record, 0.0, 0.0, origin,
+    ArcTrace arc{record, 0.0, 0.0, 0.0,
                  shooting.flows()[*record.field].record(record.t0, record.t1, record.state, record.quadrature, record.parameter)};
-    arc.begin = arc.time(std::min(record.t0, record.t1));
-    arc.end = arc.time(std::max(record.t0, record.t1));
+    std::tie(arc.begin, arc.end) = std::minmax({arc.time(record.t0), arc.time(record.t1)});
+    first = std::min(first, arc.begin);
     traces.push_back(std::move(arc));
+  }
+  for (ArcTrace& arc : traces) {
+    arc.origin = first / arc.record.time_unit;
+    arc.begin -= first;
+    arc.end -= first;
   }
   std::sort(traces.begin(), traces.end(), [](const ArcTrace& a, const ArcTrace& b) { return a.record.arc < b.record.arc; });
   return traces;

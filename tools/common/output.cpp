@@ -44,10 +44,143 @@ ordered_json certificate_json(const Certificate& certificate) {
           {"checks", std::move(checks)}};
 }
 
+/// The quantities of an extremal that are results: final time, switching times, unknowns, with their bounds.
+void add_results(ordered_json& into, const Heading& heading, const std::vector<Quantity>& quantities) {
+  ordered_json unknowns = ordered_json::object(), bounds = ordered_json::object();
+  ordered_json switching = ordered_json::array(), switching_bounds = ordered_json::array();
+  const Quantity& final_time = find({&quantities}, "final_time");
+  bounds["final_time"] = final_time.error_bound;
+  for (const Quantity& quantity : quantities) {
+    if (!is_switching_time(quantity)) continue;
+    switching.push_back(quantity.value);
+    switching_bounds.push_back(quantity.error_bound);
+  }
+  bounds["switching_times"] = std::move(switching_bounds);
+  for (const std::string& name : heading.unknowns) {
+    unknowns[name] = find({&quantities}, name).value;
+    bounds[name] = find({&quantities}, name).error_bound;
+  }
+  into["final_time"] = final_time.value;
+  into["switching_times"] = std::move(switching);
+  into["unknowns"] = std::move(unknowns);
+  into["error_bound"] = std::move(bounds);
+}
+
+const char* status_name(Outcome::Status status) {
+  switch (status) {
+    case Outcome::Status::solved: return "solved";
+    case Outcome::Status::infeasible: return "infeasible";
+    case Outcome::Status::failed: return "failed";
+  }
+  return "";
+}
+
+/// Kinds of the arcs of a solved scene.
+std::vector<std::string> structure(const Outcome& outcome) {
+  if (!outcome.solved()) return {};
+  return outcome.closed_form ? std::vector{outcome.closed_form->name} : outcome.solution.problem->structure();
+}
+
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
   return text;
+}
+
+}  // namespace
+
+ordered_json to_json(const Heading& heading, const Outcome& outcome) {
+  ordered_json scene, limits = ordered_json::object();
+  for (const SceneValue& value : heading.scene) scene[value.name] = number_or_null(value.value);
+  for (const SceneValue& limit : outcome.limits) limits[limit.name] = number_or_null(limit.value);
+  ordered_json json{{"schema", "costate/1"},
+                    {"model", heading.model},
+                    {"scene", std::move(scene)},
+                    {"status", status_name(outcome.status)},
+                    {"structure", structure(outcome)},
+                    {"final_time", nullptr},
+                    {"switching_times", ordered_json::array()},
+                    {"unknowns", ordered_json::object()},
+                    {"limits", std::move(limits)},
+                    {"error_bound", ordered_json::object()},
+                    {"certificate", nullptr}};
+  if (outcome.solved()) {
+    add_results(json, heading, outcome.quantities());
+    if (!outcome.closed_form) json["certificate"] = certificate_json(outcome.solution.certificate);
+  }
+  if (!outcome.other_extremals.empty()) {
+    ordered_json& others = json["other_extremals"] = ordered_json::array();
+    for (const Solution& other : outcome.other_extremals) {
+      add_results(others.emplace_back(), heading, other.reports);
+      others.back()["certificate"] = certificate_json(other.certificate);
+    }
+  }
+  json["cost"] = {{"seconds", outcome.cost.seconds},
+                  {"steps", outcome.cost.steps},
+                  {"rhs_evaluations", outcome.cost.rhs_evaluations},
+                  {"sensitivity_evaluations", outcome.cost.sensitivity_evaluations},
+                  {"newton_iterations", outcome.cost.newton_iterations}};
+  json["message"] = outcome.message;
+  return json;
+}
+
+void print_table(const Heading& heading, const Outcome& outcome) {
+  fmt::print("{}\n  status          {}\n", heading.title, status_name(outcome.status));
+  if (outcome.solved()) {
+    fmt::print("  arcs            {}\n\n", joined(structure(outcome)));
+    fmt::print("  {:<14}  {:>22}  {:<6}  {}\n", "quantity", "value", "unit", "error bound");
+    for (const Quantity& quantity : outcome.quantities()) {
+      fmt::print("  {:<14}  {:>22.15g}  {:<6}  {:.1e}\n", quantity.name, quantity.value, quantity.unit, quantity.error_bound);
+    }
+  }
+  for (const SceneValue& limit : outcome.limits) {
+    if (limit.value) fmt::print("  {:<14}  {:>22.15g}  {:<6}\n", limit.name, *limit.value, limit.unit);
+  }
+  for (const Solution& other : outcome.other_extremals) {
+    fmt::print("  another extremal, no minimum or slower: final time {:.15g} s ({})\n", other["final_time"].value, other.message);
+  }
+  if (outcome.solved() && outcome.closed_form) {
+    fmt::print("\n  in closed form: nothing was integrated\n");
+  } else if (outcome.solved()) {
+    fmt::print("\n  condition of the shooting system {:.2g}, largest residual {:.1e}, {} integration steps, {:.1f} ms\n",
+               outcome.solution.certificate.condition, outcome.solution.certificate.largest_residual, outcome.cost.steps,
+               1e3 * outcome.cost.seconds);
+  }
+  if (!outcome.message.empty()) fmt::print("  {}\n", outcome.message);
+}
+
+int deliver(const Heading& heading, const Outcome& outcome, bool json, bool quiet, const std::string& csv) {
+  if (!csv.empty() && outcome.solved()) {
+    write_csv(outcome.closed_form ? csv_text(*outcome.closed_form) : csv_text(outcome.solution), csv);
+  }
+  if (json) {
+    fmt::print("{}\n", to_json(heading, outcome).dump(2));
+  } else if (!quiet && csv != "-" && outcome.solved()) {
+    print_table(heading, outcome);
+  }
+  if (!outcome.solved() && !json) {
+    fmt::print(stderr, "costate-{}: {}: {}\n", heading.model, status_name(outcome.status), outcome.message);
+  }
+  switch (outcome.status) {
+    case Outcome::Status::solved: return exit_solved;
+    case Outcome::Status::infeasible: return exit_infeasible;
+    case Outcome::Status::failed: return exit_failed;
+  }
+  return exit_failed;
+}
+
+void check_writable(const std::string& flag, const std::string& file) {
+  if (file == "-") return;
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path path(file);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
+    throw BadInput(fmt::format("{} {} is not a regular file: a file name in a folder that can be written is needed", flag, file));
+  }
+  if (!fs::is_directory(folder, ignored) || ::access(folder.c_str(), W_OK) != 0) {
+    throw BadInput(fmt::format("{} {} cannot be written: {} is not a folder that can be written", flag, file, folder.string()));
+  }
 }
 
 std::string csv_text(const Solution& solution, int points) {
@@ -71,98 +204,22 @@ std::string csv_text(const Solution& solution, int points) {
   return text;
 }
 
-}  // namespace
-
-nlohmann::ordered_json to_json(const Result& result) {
-  ordered_json scene, unknowns = ordered_json::object(), bounds = ordered_json::object(), limits = ordered_json::object();
-  for (const SceneValue& value : result.scene) scene[value.name] = number_or_null(value.value);
-  for (const SceneValue& limit : result.limits) limits[limit.name] = number_or_null(limit.value);
-  ordered_json switching = ordered_json::array(), switching_bounds = ordered_json::array();
-  ordered_json final_time = nullptr, certificate = nullptr;
-  if (result.solution != nullptr) {
-    final_time = (*result.solution)["final_time"].value;
-    bounds["final_time"] = (*result.solution)["final_time"].error_bound;
-    for (const Quantity& quantity : result.solution->reports) {
-      if (!is_switching_time(quantity)) continue;
-      switching.push_back(quantity.value);
-      switching_bounds.push_back(quantity.error_bound);
-    }
-    bounds["switching_times"] = switching_bounds;
-    for (const std::string& name : result.unknowns) {
-      unknowns[name] = (*result.solution)[name].value;
-      bounds[name] = (*result.solution)[name].error_bound;
-    }
-    certificate = certificate_json(result.solution->certificate);
+std::string csv_text(const ClosedForm& closed_form) {
+  std::string text = "t [s],arc";
+  const Table& table = closed_form.trajectory;
+  for (std::size_t i = 1; i < table.columns.size(); ++i) {
+    text += fmt::format(",{} [{}]", table.columns[i].name, table.columns[i].unit);
   }
-  return {{"schema", "costate/1"},
-          {"model", result.model},
-          {"scene", std::move(scene)},
-          {"status", result.status},
-          {"structure", result.structure},
-          {"final_time", std::move(final_time)},
-          {"switching_times", std::move(switching)},
-          {"unknowns", std::move(unknowns)},
-          {"limits", std::move(limits)},
-          {"error_bound", std::move(bounds)},
-          {"certificate", std::move(certificate)},
-          {"cost",
-           {{"seconds", result.cost.seconds},
-            {"steps", result.cost.steps},
-            {"rhs_evaluations", result.cost.rhs_evaluations},
-            {"sensitivity_evaluations", result.cost.sensitivity_evaluations},
-            {"newton_iterations", result.cost.newton_iterations}}},
-          {"message", result.message}};
+  text += '\n';
+  for (const std::vector<double>& row : table.rows) {
+    text += fmt::format("{:.17g},{}", row[0], closed_form.name);
+    for (std::size_t i = 1; i < row.size(); ++i) text += fmt::format(",{:.17g}", row[i]);
+    text += '\n';
+  }
+  return text;
 }
 
-void print_table(const Result& result) {
-  fmt::print("{}\n  status          {}\n", result.title, result.status);
-  if (result.solution != nullptr) {
-    const Solution& solution = *result.solution;
-    fmt::print("  arcs            {}\n\n", joined(result.structure));
-    fmt::print("  {:<14}  {:>22}  {:<6}  {}\n", "quantity", "value", "unit", "error bound");
-    for (const Quantity& quantity : solution.reports) {
-      fmt::print("  {:<14}  {:>22.15g}  {:<6}  {:.1e}\n", quantity.name, quantity.value, quantity.unit, quantity.error_bound);
-    }
-  }
-  for (const SceneValue& limit : result.limits) {
-    if (limit.value) fmt::print("  {:<14}  {:>22.15g}  {:<6}\n", limit.name, *limit.value, limit.unit);
-  }
-  if (result.solution != nullptr) {
-    fmt::print("\n  condition of the shooting system {:.2g}, largest residual {:.1e}, {} integration steps, {:.1f} ms\n",
-               result.solution->certificate.condition, result.solution->certificate.largest_residual, result.cost.steps,
-               1e3 * result.cost.seconds);
-  }
-  if (!result.message.empty()) fmt::print("  {}\n", result.message);
-}
-
-int deliver(const Result& result, bool json, bool quiet, const std::string& csv) {
-  const bool solved = result.status == "solved";
-  if (!csv.empty() && solved) write_csv(*result.solution, csv);
-  if (json) {
-    fmt::print("{}\n", to_json(result).dump(2));
-  } else if (!quiet && csv != "-" && solved) {
-    print_table(result);
-  }
-  if (!solved && !json) fmt::print(stderr, "costate-{}: {}: {}\n", result.model, result.status, result.message);
-  return solved ? exit_solved : result.status == "infeasible" ? exit_infeasible : exit_failed;
-}
-
-void check_writable(const std::string& flag, const std::string& file) {
-  if (file == "-") return;
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  const fs::path path(file);
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
-    throw BadInput(fmt::format("{} {} is not a regular file: a file name in a folder that can be written is needed", flag, file));
-  }
-  if (!fs::is_directory(folder, ignored) || ::access(folder.c_str(), W_OK) != 0) {
-    throw BadInput(fmt::format("{} {} cannot be written: {} is not a folder that can be written", flag, file, folder.string()));
-  }
-}
-
-void write_csv(const Solution& solution, const std::string& file, int points) {
-  const std::string text = csv_text(solution, points);
+void write_csv(const std::string& text, const std::string& file) {
   if (file == "-") {
     fmt::print("{}", text);
     return;

@@ -124,6 +124,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   const auto finish = [&](Outcome::Status status, std::string message) {
     outcome.status = status;
     outcome.message = std::move(message);
+    outcome.limits = {{"F_max", "1", outcome.F_max}, {"F_min", "1", outcome.F_min}, {"k_min", "1", outcome.k_min}};
     outcome.cost.seconds = thread_seconds() - began;
     return outcome;
   };

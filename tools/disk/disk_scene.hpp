@@ -5,18 +5,15 @@
 #include <costate/models/disk.hpp>
 #include <costate/shooting/solve.hpp>
 
+#include "common/outcome.hpp"
+
 namespace costate::disk {
 
-/// What became of a scene.
-struct Outcome {
-  enum class Status { solved, infeasible, failed };
-  Status status = Status::failed;
-  std::string message;               ///< why not solved, or empty
-  Solution solution;                 ///< of the scene; meaningful if solved
-  std::optional<double> F_max;       ///< largest and smallest friction coefficient the unlimited solution uses
+/// What became of a scene of the disk.
+struct Outcome : tools::Outcome {
+  std::optional<double> F_max;  ///< largest and smallest friction coefficient the unlimited solution uses
   std::optional<double> F_min;
-  std::optional<double> k_min;       ///< below it no motion with monotone heading exists; known for symmetric scenes
-  Cost cost;                         ///< of everything done
+  std::optional<double> k_min;  ///< below it no motion with monotone heading exists; known for symmetric scenes
 };
 
 /// Solves a scene.

@@ -15,27 +15,17 @@ constexpr const char* conventions =
     "x = y = phi = 0; V(0) and V(t_f) are free; V^2 + r^2 Omega^2/6 = c1^2. Headings count every turn; a negative one turns right.\n"
     "Exit status: 0 solved, 2 bad input, 3 the scene has no solution, 4 not solved.";
 
-tools::Result result_of(const disk::Scene& scene, const disk::Outcome& outcome) {
-  tools::Result result;
-  result.model = "disk";
-  result.title = "Rolling disk in minimum time";
-  result.scene = {{"x", "m", scene.x},           {"y", "m", scene.y},         {"heading", "rad", scene.heading},
-                  {"radius", "m", scene.radius}, {"speed", "m/s", scene.speed}, {"gravity", "m/s^2", scene.gravity},
-                  {"friction", "1", scene.friction}};
-  result.unknowns = {"lambda_x", "lambda_y", "V0", "lambda_phi0", "Omega0"};
-  result.limits = {{"F_max", "1", outcome.F_max}, {"F_min", "1", outcome.F_min}, {"k_min", "1", outcome.k_min}};
-  result.cost = outcome.cost;
-  result.message = outcome.message;
-  switch (outcome.status) {
-    case disk::Outcome::Status::solved:
-      result.status = "solved";
-      result.structure = outcome.solution.problem->structure();
-      result.solution = &outcome.solution;
-      break;
-    case disk::Outcome::Status::infeasible: result.status = "infeasible"; break;
-    case disk::Outcome::Status::failed: result.status = "failed"; break;
-  }
-  return result;
+tools::Heading heading_of(const disk::Scene& scene) {
+  return {.model = "disk",
+          .title = "Rolling disk in minimum time",
+          .scene = {{"x", "m", scene.x},
+                    {"y", "m", scene.y},
+                    {"heading", "rad", scene.heading},
+                    {"radius", "m", scene.radius},
+                    {"speed", "m/s", scene.speed},
+                    {"gravity", "m/s^2", scene.gravity},
+                    {"friction", "1", scene.friction}},
+          .unknowns = {"lambda_x", "lambda_y", "V0", "lambda_phi0", "Omega0"}};
 }
 
 }  // namespace
@@ -55,6 +45,6 @@ int main(int argc, char** argv) {
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-disk", [&] {
     const disk::Outcome outcome = disk::solve_scene(scene, {.accuracy = line.accuracy});
-    return tools::deliver(result_of(scene, outcome), line.json, line.quiet, line.csv);
+    return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
   });
 }

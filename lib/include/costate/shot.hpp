@@ -6,13 +6,15 @@
 #include <costate/jet.hpp>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace costate {
 
 /// What an arc starts from. State, quadratures and constants are jets: only the columns that really move them cost
-/// sensitivities. Time runs from t0 to t1, backward if t1 < t0.
+/// sensitivities. The variable of integration runs from t0 to t1, backward if t1 < t0. It is the time, unless the field is stated
+/// in another one (an angle that runs monotonically); then one of the quadratures is the time.
 struct ArcStart {
   int arc = 0;               ///< place of the arc in the problem's sequence
   const Field* field = nullptr;
@@ -21,6 +23,7 @@ struct ArcStart {
   std::vector<Jet> state{};       ///< z₀ (n)
   std::vector<Jet> quadrature{};  ///< w₀ (k)
   std::vector<Jet> parameter{};   ///< p (m)
+  std::optional<int> time_quadrature{};  ///< place in w of the time of the chain; none: the variable of integration is the time
 };
 
 struct ArcEnd {
@@ -33,6 +36,7 @@ struct ArcRecord {
   int arc = 0;
   const Field* field = nullptr;
   double t0 = 0.0, t1 = 0.0, clock = 0.0;
+  std::optional<int> time_quadrature{};  ///< see ArcStart
   double time_unit = 1.0;  ///< of the integration, in the unit of the problem's reports
   Eigen::VectorXd state, quadrature, parameter;  ///< z, w at t0; p
   Eigen::VectorXd end_state;                     ///< z at t1

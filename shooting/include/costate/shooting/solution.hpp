@@ -16,6 +16,9 @@ struct Quantity {
   double error_bound = 0.0;
 };
 
+/// The first quantity of that name in the lists. \throws BadInput naming what there is.
+[[nodiscard]] const Quantity& find(std::initializer_list<const std::vector<Quantity>*> lists, const std::string& name);
+
 /// The worst value of one path condition over all arcs.
 struct CheckResult {
   std::string name;
@@ -57,9 +60,10 @@ struct ArcTrace {
   double origin = 0.0;            ///< time of the first arc's start on the clock of the records
   Trajectory trajectory;
 
-  /// From the trajectory's own variable to the time of the reports, and back.
-  [[nodiscard]] double time(double own) const { return (record.clock + own - origin) * record.time_unit; }
-  [[nodiscard]] double own(double time) const { return time / record.time_unit + origin - record.clock; }
+  /// From the trajectory's own variable to the time of the reports, and back. Where that variable is not the time, the way back
+  /// is a search for the point at which the time quadrature, which is monotone, has the wanted value.
+  [[nodiscard]] double time(double own) const;
+  [[nodiscard]] double own(double time) const;
 };
 
 struct Solution {
