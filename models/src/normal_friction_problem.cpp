@@ -1,0 +1,225 @@
+#include <costate/models/normal_friction.hpp>
+
+#include <costate/error.hpp>
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate::normal_friction {
+
+namespace {
+
+/// f(θ) of the parameters that `get` gives by place.
+template <class S, class Get>
+Push<S> make_push(const Get& get) {
+  const S x = get(x_place), y = get(y_place), gravity = get(gravity_place);
+  const S cubic = get(beta_place) * gravity * gravity * gravity;
+  const S linear = 1.0 - get(nonlinearity_place);
+  const S square = x * x + y * y;
+  const S c2 = x * x / square, s2 = y * y / square;
+  return {linear * cubic * c2 * (c2 + 3.0 * s2) - get(mu_place) * gravity,
+          -(2.0 * linear * cubic * c2 * x * y / square) - gravity, (1.0 - linear) * cubic};
+}
+
+/// The scene in units of the chord L and the speed √(v₀² + 2 g L).
+template <class S>
+struct Scaled {
+  S length, speed, time;
+  S start_speed, chord_cosine, chord_sine;
+  Push<S> push;
+
+  template <class Get>
+  explicit Scaled(const Get& get) {
+    const S x = get(x_place), y = get(y_place), v0 = get(speed_place), gravity = get(gravity_place);
+    length = sqrt(x * x + y * y);
+    speed = sqrt(v0 * v0 + 2.0 * gravity * length);
+    time = length / speed;
+    start_speed = v0 / speed;
+    chord_cosine = x / length;
+    chord_sine = y / length;
+    const S unit = length / (speed * speed);
+    const Push<S> own = make_push<S>(get);
+    push = {own.x * unit, own.y * unit, own.cubic * unit};
+  }
+};
+
+class NormalFrictionProblem final : public Problem {
+ public:
+  NormalFrictionProblem(const Scene& scene, Side side, Corner corner)
+      : side_(side == Side::left ? 1.0 : -1.0), corner_(corner == Corner::one) {
+    unknowns_ = {{"theta2"}, {"log_turn"}};
+    rows_ = {{"end along the chord"}, {"end across the chord"}};
+    structure_ = {"sliding"};
+    if (corner_) {
+      unknowns_.insert(unknowns_.end(), {{"log_jump"}, {"log_first_turn"}});
+      rows_.insert(rows_.end(), {{"speed at the corner"}, {"lambda_v at the corner"}});
+      structure_.emplace_back("sliding");
+    }
+    const std::vector<double> values = normal_friction::parameters(scene);
+    const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},       {"y", "m"},           {"speed", "m/s"},
+                                                                 {"mu", "1"},      {"beta", "s^4/m^2"},  {"gravity", "m/s^2"},
+                                                                 {"nonlinearity", "1"}};
+    for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
+  }
+
+  void shoot(Shot& shot) const override {
+    const Scaled<Jet> scene([&](std::size_t i) { return shot.parameter(i); });
+    const Jet& theta2 = shot.unknown(0);
+    std::vector<Piece> pieces{{0.0, side_ * exp(shot.unknown(1))}};
+    if (corner_) {
+      const Jet& turn = pieces[0].turn;
+      pieces.insert(pieces.begin(), {turn + side_ * exp(shot.unknown(2)), side_ * exp(shot.unknown(3))});
+    }
+    for (const Piece& piece : pieces) require_motion(scene.push, theta2.value, piece);
+    const SlopePoint<Jet> start(scene.push, theta2, pieces[0].left + pieces[0].turn);
+    const Jet end_speed = scene.start_speed * start.q / start.d;
+
+    std::vector<Jet> at{0.0, 0.0, 0.0, 0.0};
+    Jet corner_time;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      if (i == 1) corner_time = at[0];
+      at[3] = 0.0;
+      at = shot.arc({.arc = static_cast<int>(i),
+                     .field = &arc_,
+                     .t1 = 1.0,
+                     .quadrature = at,
+                     .parameter = {theta2, pieces[i].left, pieces[i].turn, end_speed, scene.push.x, scene.push.y, scene.push.cubic},
+                     .time_quadrature = 0})
+               .quadrature;
+    }
+    shot.row(0, at[1] * scene.chord_cosine + at[2] * scene.chord_sine - 1.0);
+    shot.row(1, at[2] * scene.chord_cosine - at[1] * scene.chord_sine);
+
+    if (corner_) {
+      const SlopePoint<Jet> before(scene.push, theta2, pieces[0].left), after(scene.push, theta2, pieces[1].turn);
+      const Jet jump = after.theta - before.theta;
+      shot.row(2, (after.speed_ratio() - before.speed_ratio()) / jump);
+      shot.row(3, (after.lambda_v() - before.lambda_v()) / jump);
+      shot.report("t1", "s", scene.time * corner_time);
+      shot.report("theta_before", "rad", before.theta);
+      shot.report("theta_after", "rad", after.theta);
+    }
+    shot.report("final_time", "s", scene.time * at[0]);
+    shot.report("lambda_x", "s/m", cos(theta2) / (scene.speed * end_speed));
+    shot.report("lambda_y", "s/m", sin(theta2) / (scene.speed * end_speed));
+    shot.report("lambda_v0", "s^2/m", scene.time / scene.speed * start.lambda_v());
+    shot.report("theta1", "rad", start.theta);
+    shot.report("theta2", "rad", theta2);
+    shot.report("v_f", "m/s", scene.speed * end_speed);
+    shot.complete({}, {}, scene.time.value);
+  }
+
+  [[nodiscard]] std::vector<Column> columns() const override {
+    return {{"x", "m"},          {"y", "m"},          {"v", "m/s"},          {"theta", "rad"}, {"lambda_x", "s/m"},
+            {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"N", "m/s^2"}};
+  }
+
+  [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& p) const override {
+    const Scaled<double> scene([&](std::size_t i) { return p[i]; });
+    const Eigen::VectorXd& constants = point.record->parameter;
+    const SlopePoint<double> at = slope_point(point, constants);
+    const double end_speed = scene.speed * constants[3];
+    return {scene.length * point.quadrature[1],
+            scene.length * point.quadrature[2],
+            end_speed * at.speed_ratio(),
+            at.theta,
+            std::cos(constants[0]) / end_speed,
+            std::sin(constants[0]) / end_speed,
+            scene.time / scene.speed * at.lambda_v(),
+            p[gravity_place] * at.cosine};
+  }
+
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>&) const override {
+    const Eigen::VectorXd& constants = point.record->parameter;
+    const SlopePoint<double> at = slope_point(point, constants);
+    const double v = constants[3] * at.speed_ratio(), lambda_v = at.lambda_v();
+    const double lambda_x = std::cos(constants[0]) / constants[3], lambda_y = std::sin(constants[0]) / constants[3];
+    const Vec<double, 3> c{v * lambda_x + lambda_v * constants[4], v * lambda_y + lambda_v * constants[5],
+                           lambda_v * constants[6]};
+    const auto hamiltonian = [&](double theta) {
+      const double cosine = std::cos(theta);
+      return cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta) - 1.0;
+    };
+    const double here = hamiltonian(at.theta);
+    return {{"Hamiltonian", PathCheck::Kind::zero, here},
+            {"speed", PathCheck::Kind::nonnegative, v},
+            {"-H_theta_theta (Legendre-Clebsch)", PathCheck::Kind::nonnegative, at.gamma / at.q},
+            {"H less the highest H of any slope (Weierstrass)", PathCheck::Kind::nonnegative, here - hamiltonian(BestSlope::of(c))}};
+  }
+
+ private:
+  /// An arc from τ = left + turn to τ = left.
+  struct Piece {
+    Jet left, turn;
+  };
+
+  [[nodiscard]] static SlopePoint<double> slope_point(const ArcPoint& point, const Eigen::VectorXd& constants) {
+    const Push<double> push{constants[4], constants[5], constants[6]};
+    return {push, constants[0], constants[1] + constants[2] * (1.0 - point.quadrature[3])};
+  }
+
+  /// The quadratures have a pole where q = 0: such a turn is no motion, and must not be integrated.
+  static void require_motion(const Push<Jet>& push, double theta2, const Piece& piece) {
+    const Push<double> numbers{push.x.value, push.y.value, push.cubic.value};
+    constexpr int cells = 32;
+    for (int i = 0; i <= cells; ++i) {
+      const SlopePoint<double> at(numbers, theta2, piece.left.value + piece.turn.value * i / cells);
+      if (!(at.speed_ratio() > 0.0)) {
+        throw LeftDomain(fmt::format("the speed has no positive value at theta = {:.6g} rad", at.theta));
+      }
+    }
+  }
+
+  double side_;
+  bool corner_;
+  FieldOf<SlopeArc> arc_;
+};
+
+}  // namespace
+
+BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
+  constexpr int cells = 72;
+  constexpr double cell = 2.0 * std::numbers::pi / cells;
+  struct Direction {
+    double theta, cosine, sine;
+  };
+  static const auto grid = [] {
+    std::array<Direction, cells> directions{};
+    for (std::size_t i = 0; i < cells; ++i) {
+      const double theta = cell * static_cast<double>(i) - std::numbers::pi;
+      directions[i] = {theta, std::cos(theta), std::sin(theta)};
+    }
+    return directions;
+  }();
+  const auto H = [&](double cosine, double sine) { return cosine * (c[0] + c[2] * cosine * cosine) + c[1] * sine; };
+  std::array<double, cells> values{};
+  for (std::size_t i = 0; i < cells; ++i) values[i] = H(grid[i].cosine, grid[i].sine);
+  Bracket best{0.0, 0.0};
+  double top = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (values[i] < values[(i + 1) % cells] || values[i] < values[(i + cells - 1) % cells]) continue;
+    const Bracket around{grid[i].theta - cell, grid[i].theta + cell};
+    const double theta = guarded_root(Slope{}, c, around.lower, around.upper);
+    const double height = H(std::cos(theta), std::sin(theta));
+    if (height > top) {
+      top = height;
+      best = around;
+    }
+  }
+  return best;
+}
+
+std::shared_ptr<const Problem> make_problem(const Scene& scene, Side side, Corner corner) {
+  return std::make_shared<NormalFrictionProblem>(scene, side, corner);
+}
+
+Push<double> push_of(const Scene& scene, double nonlinearity) {
+  const std::vector<double> values = parameters(scene, nonlinearity);
+  return make_push<double>([&](std::size_t i) { return values[i]; });
+}
+
+std::vector<double> parameters(const Scene& scene, double nonlinearity) {
+  return {scene.x, scene.y, scene.speed, scene.mu, scene.beta, scene.gravity, nonlinearity};
+}
+
+}  // namespace costate::normal_friction
