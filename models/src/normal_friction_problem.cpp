@@ -45,15 +45,16 @@ struct Scaled {
 
 class NormalFrictionProblem final : public Problem {
  public:
-  NormalFrictionProblem(const Scene& scene, Side side, Corner corner)
-      : side_(side == Side::left ? 1.0 : -1.0), corner_(corner == Corner::one) {
+  NormalFrictionProblem(const Scene& scene, Side side, std::size_t corners)
+      : side_(side == Side::left ? 1.0 : -1.0), structure_size_(corners + 1) {
     unknowns_ = {{"theta2"}, {"log_turn"}};
     rows_ = {{"end along the chord"}, {"end across the chord"}};
-    structure_ = {"sliding"};
-    if (corner_) {
-      unknowns_.insert(unknowns_.end(), {{"log_jump"}, {"log_first_turn"}});
-      rows_.insert(rows_.end(), {{"speed at the corner"}, {"lambda_v at the corner"}});
-      structure_.emplace_back("sliding");
+    structure_.assign(structure_size_, "sliding");
+    for (std::size_t i = corners; i > 0; --i) {
+      unknowns_.push_back({fmt::format("log_jump_{}", i)});
+      unknowns_.push_back({fmt::format("log_turn_{}", i)});
+      rows_.push_back({fmt::format("speed at corner {}", i)});
+      rows_.push_back({fmt::format("lambda_v at corner {}", i)});
     }
     const std::vector<double> values = normal_friction::parameters(scene);
     const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},       {"y", "m"},           {"speed", "m/s"},
@@ -65,19 +66,19 @@ class NormalFrictionProblem final : public Problem {
   void shoot(Shot& shot) const override {
     const Scaled<Jet> scene([&](std::size_t i) { return shot.parameter(i); });
     const Jet& theta2 = shot.unknown(0);
-    std::vector<Piece> pieces{{0.0, side_ * exp(shot.unknown(1))}};
-    if (corner_) {
-      const Jet& turn = pieces[0].turn;
-      pieces.insert(pieces.begin(), {turn + side_ * exp(shot.unknown(2)), side_ * exp(shot.unknown(3))});
+    // Arcs by place, from the last one backward.
+    std::vector<Piece> pieces(structure_size_);
+    pieces.back() = {0.0, side_ * exp(shot.unknown(1))};
+    for (std::size_t i = structure_size_ - 1, next = 2; i-- > 0; next += 2) {
+      pieces[i] = {pieces[i + 1].left + pieces[i + 1].turn + side_ * exp(shot.unknown(next)), side_ * exp(shot.unknown(next + 1))};
     }
     for (const Piece& piece : pieces) require_motion(scene.push, theta2.value, piece);
     const SlopePoint<Jet> start(scene.push, theta2, pieces[0].left + pieces[0].turn);
     const Jet end_speed = scene.start_speed * start.q / start.d;
 
     std::vector<Jet> at{0.0, 0.0, 0.0, 0.0};
-    Jet corner_time;
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      if (i == 1) corner_time = at[0];
+    for (std::size_t i = 0; i < structure_size_; ++i) {
+      if (i > 0) corner(shot, scene, i, pieces[i - 1], pieces[i], at[0]);
       at[3] = 0.0;
       at = shot.arc({.arc = static_cast<int>(i),
                      .field = &arc_,
@@ -89,16 +90,6 @@ class NormalFrictionProblem final : public Problem {
     }
     shot.row(0, at[1] * scene.chord_cosine + at[2] * scene.chord_sine - 1.0);
     shot.row(1, at[2] * scene.chord_cosine - at[1] * scene.chord_sine);
-
-    if (corner_) {
-      const SlopePoint<Jet> before(scene.push, theta2, pieces[0].left), after(scene.push, theta2, pieces[1].turn);
-      const Jet jump = after.theta - before.theta;
-      shot.row(2, (after.speed_ratio() - before.speed_ratio()) / jump);
-      shot.row(3, (after.lambda_v() - before.lambda_v()) / jump);
-      shot.report("t1", "s", scene.time * corner_time);
-      shot.report("theta_before", "rad", before.theta);
-      shot.report("theta_after", "rad", after.theta);
-    }
     shot.report("final_time", "s", scene.time * at[0]);
     shot.report("lambda_x", "s/m", cos(theta2) / (scene.speed * end_speed));
     shot.report("lambda_y", "s/m", sin(theta2) / (scene.speed * end_speed));
@@ -153,6 +144,17 @@ class NormalFrictionProblem final : public Problem {
     Jet left, turn;
   };
 
+  /// Rows and report of the corner between arcs i − 1 and i, reached at the scaled time `at`.
+  void corner(Shot& shot, const Scaled<Jet>& scene, std::size_t i, const Piece& first, const Piece& second, const Jet& at) const {
+    const Jet& theta2 = shot.unknown(0);
+    const SlopePoint<Jet> before(scene.push, theta2, first.left), after(scene.push, theta2, second.left + second.turn);
+    const Jet jump = after.theta - before.theta;
+    const std::size_t row = 2 * (structure_size_ - i);
+    shot.row(row, (after.speed_ratio() - before.speed_ratio()) / jump);
+    shot.row(row + 1, (after.lambda_v() - before.lambda_v()) / jump);
+    shot.report(fmt::format("t{}", i), "s", scene.time * at);
+  }
+
   [[nodiscard]] static SlopePoint<double> slope_point(const ArcPoint& point, const Eigen::VectorXd& constants) {
     const Push<double> push{constants[4], constants[5], constants[6]};
     return {push, constants[0], constants[1] + constants[2] * (1.0 - point.quadrature[3])};
@@ -171,7 +173,7 @@ class NormalFrictionProblem final : public Problem {
   }
 
   double side_;
-  bool corner_;
+  std::size_t structure_size_;  ///< number of arcs
   FieldOf<SlopeArc> arc_;
 };
 
@@ -191,16 +193,17 @@ BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
     }
     return directions;
   }();
-  const auto H = [&](double cosine, double sine) { return cosine * (c[0] + c[2] * cosine * cosine) + c[1] * sine; };
-  std::array<double, cells> values{};
-  for (std::size_t i = 0; i < cells; ++i) values[i] = H(grid[i].cosine, grid[i].sine);
-  Bracket best{0.0, 0.0};
+  const auto falls = [&](const Direction& at) {
+    return c[1] * at.cosine - at.sine * (c[0] + 3.0 * c[2] * at.cosine * at.cosine) <= 0.0;
+  };
+  Bracket best{-std::numbers::pi, std::numbers::pi};
   double top = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < cells; ++i) {
-    if (values[i] < values[(i + 1) % cells] || values[i] < values[(i + cells - 1) % cells]) continue;
-    const Bracket around{grid[i].theta - cell, grid[i].theta + cell};
-    const double theta = guarded_root(Slope{}, c, around.lower, around.upper);
-    const double height = H(std::cos(theta), std::sin(theta));
+    if (falls(grid[i]) || !falls(grid[(i + 1) % cells])) continue;
+    // A root on the grid itself must lie inside the bracket.
+    const Bracket around{grid[i].theta - 1e-9, grid[i].theta + cell + 1e-9};
+    const double theta = guarded_root(Slope{}, c, around.lower, around.upper), cosine = std::cos(theta);
+    const double height = cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta);
     if (height > top) {
       top = height;
       best = around;
@@ -209,8 +212,8 @@ BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
   return best;
 }
 
-std::shared_ptr<const Problem> make_problem(const Scene& scene, Side side, Corner corner) {
-  return std::make_shared<NormalFrictionProblem>(scene, side, corner);
+std::shared_ptr<const Problem> make_problem(const Scene& scene, Side side, std::size_t corners) {
+  return std::make_shared<NormalFrictionProblem>(scene, side, corners);
 }
 
 Push<double> push_of(const Scene& scene, double nonlinearity) {

@@ -1,5 +1,7 @@
 #include "normal_scene.hpp"
 
+#include "extremal_search.hpp"
+
 #include "bead/cycloid_outcome.hpp"
 
 #include <costate/models/tilted_cycloid.hpp>
@@ -43,31 +45,82 @@ std::vector<Way> ways_to(const Scene& scene) {
   return ways;
 }
 
-Solution travel(const Way& way, const SolveOptions& options, Cost& cost) {
-  Solution failed;
-  const std::optional<TiltedCycloid> start = start_of(way);
-  if (!start) {
-    failed.message = "no energy for the start of the way";
-    return failed;
-  }
-  Shooting shooting(make_problem(way.from, start->mirrored ? Side::right : Side::left));
-  shooting.set_parameters(parameters(way.from, way.nonlinearity));
-  Eigen::VectorXd y = Eigen::Vector2d(start->theta2(), std::log(std::abs(start->turn())));
-  for (const std::vector<double>& stop : way.stops) {
-    const Followed path = follow(shooting, y, stop, {.max_points = 200, .max_integration_steps = 50000});
-    cost.newton_iterations += path.newton_iterations;
-    if (!path.reached) {
-      cost.add(shooting.statistics());
-      failed.message = path.message;
-      return failed;
+/// Work on one scene: what it has cost, and what could not be done.
+class Search {
+ public:
+  Search(const Scene& scene, const SolveOptions& options, Cost& cost) : scene_(scene), options_(options), cost_(&cost) {}
+
+  /// The fastest extremal, or a solution that says why there is none; `others` are those that are slower.
+  Solution run(std::vector<Solution>& others) {
+    std::string failures;
+    std::vector<Solution> found;
+    for (const Way& way : ways_to(scene_)) {
+      Solution solution = travel(way);
+      if (solution.solved()) {
+        found.push_back(std::move(solution));
+        break;
+      }
+      failures += fmt::format("{}: {}; ", way.name, solution.message);
     }
-    y = path.y;
+    for (const RoughExtremal& rough : find_extremals(scene_)) {
+      const bool known = std::any_of(found.begin(), found.end(), [&](const Solution& s) {
+        return std::abs(s["theta2"].value - rough.theta2) < 0.05 && std::abs(s.final_time() / rough.time - 1.0) < 0.01;
+      });
+      if (known) continue;
+      Shooting shooting(make_problem(scene_, rough.side, rough.corners.size()));
+      Solution solution = finish(shooting, rough.unknowns(), {});
+      if (solution.solved()) {
+        found.push_back(std::move(solution));
+      } else {
+        failures += fmt::format("extremal of about {:.4g} s with {} corners: {}; ", rough.time, rough.corners.size(), solution.message);
+      }
+    }
+    if (found.empty()) return failed(failures);
+    std::sort(found.begin(), found.end(), [](const Solution& a, const Solution& b) { return a.final_time() < b.final_time(); });
+    Solution best = std::move(found.front());
+    found.erase(found.begin());
+    others = std::move(found);
+    return best;
   }
-  Solution solution = solve(shooting, y, options);
-  cost.newton_iterations += solution.cost.newton_iterations;
-  cost.add(shooting.statistics());
-  return solution;
-}
+
+ private:
+  static Solution failed(std::string message) {
+    Solution solution;
+    solution.message = std::move(message);
+    return solution;
+  }
+
+  Solution travel(const Way& way) {
+    const std::optional<TiltedCycloid> start = start_of(way);
+    if (!start) return failed("no energy for the start of the way");
+    const Side side = start->mirrored ? Side::right : Side::left;
+    Shooting shooting(make_problem(way.from, side));
+    shooting.set_parameters(parameters(way.from, way.nonlinearity));
+    const Eigen::VectorXd y = Eigen::Vector2d(start->theta2(), std::log(std::abs(start->turn())));
+    return finish(shooting, y, way.stops);
+  }
+
+  /// Follows to the last stop and solves there. A solution without y: the path ended before.
+  Solution finish(Shooting& shooting, Eigen::VectorXd y, const std::vector<std::vector<double>>& stops) {
+    for (const std::vector<double>& stop : stops) {
+      const Followed path = follow(shooting, y, stop, {.max_points = 200, .max_integration_steps = 50000});
+      cost_->newton_iterations += path.newton_iterations;
+      if (!path.reached) {
+        cost_->add(shooting.statistics());
+        return failed(path.message);
+      }
+      y = path.y;
+    }
+    Solution solution = solve(shooting, y, options_);
+    cost_->newton_iterations += solution.cost.newton_iterations;
+    cost_->add(shooting.statistics());
+    return solution;
+  }
+
+  Scene scene_;
+  SolveOptions options_;
+  Cost* cost_;
+};
 
 double least_normal_force(const Scene& scene, double theta1, double theta2) {
   return scene.gravity * std::min(std::cos(theta1), std::cos(theta2));
@@ -125,16 +178,9 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   } else if (scene.beta == 0.0) {
     outcome = closed_form(scene);
   } else {
-    for (const Way& way : ways_to(scene)) {
-      Solution found = travel(way, options, outcome.cost);
-      if (found.solved()) {
-        outcome.solution = std::move(found);
-        outcome.status = Outcome::Status::solved;
-        outcome.message.clear();
-        break;
-      }
-      outcome.message += fmt::format("{}{}: {}", outcome.message.empty() ? "" : "; ", way.name, found.message);
-    }
+    outcome.solution = Search(scene, options, outcome.cost).run(outcome.other_extremals);
+    outcome.status = outcome.solution.solved() ? Outcome::Status::solved : Outcome::Status::failed;
+    outcome.message = outcome.solution.message;
   }
   outcome.limits = {{"y_max", "m", y_max}};
   if (outcome.solved()) {

@@ -51,7 +51,7 @@ struct Bead {
 };
 
 /// The slope that maximises H over the whole circle, where H + 1 = α cos θ + σ sin θ + κ cos³θ with α = v λx − λv μ g,
-/// σ = v λy − λv g, κ = λv β g³ has at most three maxima: each that shows on a grid is refined, the highest taken.
+/// σ = v λy − λv g, κ = λv β g³ has at most three maxima: each is bracketed by a change of sign of H_θ on a grid and refined, the highest taken.
 struct BestSlope {
   template <class S>
   Vec<S, 1> control(const Vec<S, 3>& q, const Vec<S, 3>& costate, const Vec<S, 3>& p) const {
@@ -138,20 +138,17 @@ enum ScenePlace : std::size_t { x_place, y_place, speed_place, mu_place, beta_pl
 /// To which side the path curves: θ grows to the left, falls to the right.
 enum class Side { left = 1, right = -1 };
 
-/// Whether the slope runs through in one arc, or jumps once.
-enum class Corner { none, one };
-
-/// The shooting problem of a scene. Unknowns: theta2 and log_turn = ln |Δ|; with a corner also log_jump and log_first_turn, of the
-/// jump of θ there and of the arc before it. Rows: the end along and across the chord, in units of its length; with a corner also
-/// v and λv continuous there, divided by the jump, at which they are small. Reports: final_time, lambda_x, lambda_y, lambda_v0,
-/// theta1, theta2, v_f; with a corner also t1, theta_before and theta_after.
+/// The shooting problem of a scene, for an extremal whose slope jumps at the given number of corners. Unknowns: theta2,
+/// log_turn = ln |Δ| of the last arc, then for each corner from the last to the first log_jump and log_turn of the arc before it.
+/// Rows: the end along and across the chord, in units of its length; at each corner v and λv continuous, divided by the jump, with
+/// which they vanish. Reports: final_time, lambda_x, lambda_y, lambda_v0, theta1, theta2, v_f; t1, t2, … of the corners.
 ///
-/// Hard friction (β < 0) can make H have two maxima. Where an arc in one piece would pass a stretch with Γ/q < 0, the law jumps
-/// from one maximum to the other when they are equal: a corner of the path, with λ, v and H continuous (Weierstrass–Erdmann).
+/// Friction that is not linear can make H have two maxima. Where an arc in one piece would pass a stretch with Γ/q < 0, the law
+/// jumps from one maximum to the other when they are equal: a corner of the path, with λ, v and H continuous (Weierstrass–Erdmann).
 ///
 /// The parameter `nonlinearity` (1 in the scene) draws a straight path from a problem in closed form: at 0, f(θ) is replaced by the
 /// x cos θ + y sin θ that agrees with it, in value and slope, at the inclination of the chord.
-[[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, Side side = Side::left, Corner corner = Corner::none);
+[[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, Side side = Side::left, std::size_t corners = 0);
 
 /// Parameter values of a scene, as the problem orders them.
 [[nodiscard]] std::vector<double> parameters(const Scene& scene, double nonlinearity = 1.0);
