@@ -25,7 +25,8 @@ Push<S> make_push(const Get& get) {
 template <class S>
 struct Scaled {
   S length, speed, time;
-  S start_speed, chord_cosine, chord_sine;
+  S start_speed;
+  S chord_cosine, chord_sine;  ///< the end point
   Push<S> push;
 
   template <class Get>
@@ -45,12 +46,12 @@ struct Scaled {
 
 class NormalFrictionProblem final : public Problem {
  public:
-  NormalFrictionProblem(const Scene& scene, Side side, std::size_t corners)
-      : side_(side == Side::left ? 1.0 : -1.0), structure_size_(corners + 1) {
+  NormalFrictionProblem(const Scene& scene, Structure arcs) : arcs_(std::move(arcs)) {
+    if (arcs_.empty()) throw BadInput("the arc structure is empty: at least one arc is needed");
     unknowns_ = {{"theta2"}, {"log_turn"}};
-    rows_ = {{"end along the chord"}, {"end across the chord"}};
-    structure_.assign(structure_size_, "sliding");
-    for (std::size_t i = corners; i > 0; --i) {
+    rows_ = {{"end across gravity and linear friction"}, {"energy"}};
+    structure_.assign(arcs_.size(), "sliding");
+    for (std::size_t i = arcs_.size() - 1; i > 0; --i) {
       unknowns_.push_back({fmt::format("log_jump_{}", i)});
       unknowns_.push_back({fmt::format("log_turn_{}", i)});
       rows_.push_back({fmt::format("speed at corner {}", i)});
@@ -67,19 +68,20 @@ class NormalFrictionProblem final : public Problem {
     const Scaled<Jet> scene([&](std::size_t i) { return shot.parameter(i); });
     const Jet& theta2 = shot.unknown(0);
     // Arcs by place, from the last one backward.
-    std::vector<Piece> pieces(structure_size_);
-    pieces.back() = {0.0, side_ * exp(shot.unknown(1))};
-    for (std::size_t i = structure_size_ - 1, next = 2; i-- > 0; next += 2) {
-      pieces[i] = {pieces[i + 1].left + pieces[i + 1].turn + side_ * exp(shot.unknown(next)), side_ * exp(shot.unknown(next + 1))};
+    std::vector<Piece> pieces(arcs_.size());
+    pieces.back() = {0.0, sign(arcs_.back().turn) * exp(shot.unknown(1))};
+    for (std::size_t i = arcs_.size() - 1, next = 2; i-- > 0; next += 2) {
+      pieces[i] = {pieces[i + 1].left + pieces[i + 1].turn + sign(arcs_[i + 1].jump) * exp(shot.unknown(next)),
+                   sign(arcs_[i].turn) * exp(shot.unknown(next + 1))};
     }
     for (const Piece& piece : pieces) require_motion(scene.push, theta2.value, piece);
     const SlopePoint<Jet> start(scene.push, theta2, pieces[0].left + pieces[0].turn);
     const Jet end_speed = scene.start_speed * start.q / start.d;
 
-    std::vector<Jet> at{0.0, 0.0, 0.0, 0.0};
-    for (std::size_t i = 0; i < structure_size_; ++i) {
+    std::vector<Jet> at{0.0, 0.0, 0.0, 0.0, 0.0};
+    for (std::size_t i = 0; i < arcs_.size(); ++i) {
       if (i > 0) corner(shot, scene, i, pieces[i - 1], pieces[i], at[0]);
-      at[3] = 0.0;
+      at[4] = 0.0;
       at = shot.arc({.arc = static_cast<int>(i),
                      .field = &arc_,
                      .t1 = 1.0,
@@ -88,8 +90,15 @@ class NormalFrictionProblem final : public Problem {
                      .time_quadrature = 0})
                .quadrature;
     }
-    shot.row(0, at[1] * scene.chord_cosine + at[2] * scene.chord_sine - 1.0);
-    shot.row(1, at[2] * scene.chord_cosine - at[1] * scene.chord_sine);
+    const Push<Jet>& push = scene.push;
+    const Jet across = push.x * (at[2] - scene.chord_sine) - push.y * (at[1] - scene.chord_cosine);
+    shot.row(0, across / std::hypot(push.x.value, push.y.value));
+    // (v_f/v₀)² − 1 with v_f/v₀ = q/d = cos τ + (f/d) sin τ, without the difference.
+    const Jet slope = start.f / start.d, left = theta2 - start.theta;
+    const Jet gained = sin(left) * (2.0 * slope * cos(left) - (1.0 - slope * slope) * sin(left));
+    const Jet square = scene.start_speed * scene.start_speed;
+    const Jet linear = 2.0 * (push.x * scene.chord_cosine + push.y * scene.chord_sine);
+    shot.row(1, (square * gained - linear - 2.0 * push.cubic * at[3]) / (square.value + std::abs(linear.value)));
     shot.report("final_time", "s", scene.time * at[0]);
     shot.report("lambda_x", "s/m", cos(theta2) / (scene.speed * end_speed));
     shot.report("lambda_y", "s/m", sin(theta2) / (scene.speed * end_speed));
@@ -139,6 +148,8 @@ class NormalFrictionProblem final : public Problem {
   }
 
  private:
+  static double sign(Side side) { return static_cast<double>(static_cast<int>(side)); }
+
   /// An arc from τ = left + turn to τ = left.
   struct Piece {
     Jet left, turn;
@@ -149,7 +160,7 @@ class NormalFrictionProblem final : public Problem {
     const Jet& theta2 = shot.unknown(0);
     const SlopePoint<Jet> before(scene.push, theta2, first.left), after(scene.push, theta2, second.left + second.turn);
     const Jet jump = after.theta - before.theta;
-    const std::size_t row = 2 * (structure_size_ - i);
+    const std::size_t row = 2 * (arcs_.size() - i);
     shot.row(row, (after.speed_ratio() - before.speed_ratio()) / jump);
     shot.row(row + 1, (after.lambda_v() - before.lambda_v()) / jump);
     shot.report(fmt::format("t{}", i), "s", scene.time * at);
@@ -157,7 +168,7 @@ class NormalFrictionProblem final : public Problem {
 
   [[nodiscard]] static SlopePoint<double> slope_point(const ArcPoint& point, const Eigen::VectorXd& constants) {
     const Push<double> push{constants[4], constants[5], constants[6]};
-    return {push, constants[0], constants[1] + constants[2] * (1.0 - point.quadrature[3])};
+    return {push, constants[0], constants[1] + constants[2] * (1.0 - point.quadrature[4])};
   }
 
   /// The quadratures have a pole where q = 0: such a turn is no motion, and must not be integrated.
@@ -172,8 +183,7 @@ class NormalFrictionProblem final : public Problem {
     }
   }
 
-  double side_;
-  std::size_t structure_size_;  ///< number of arcs
+  Structure arcs_;
   FieldOf<SlopeArc> arc_;
 };
 
@@ -212,8 +222,8 @@ BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
   return best;
 }
 
-std::shared_ptr<const Problem> make_problem(const Scene& scene, Side side, std::size_t corners) {
-  return std::make_shared<NormalFrictionProblem>(scene, side, corners);
+std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure) {
+  return std::make_shared<NormalFrictionProblem>(scene, structure);
 }
 
 Push<double> push_of(const Scene& scene, double nonlinearity) {

@@ -8,238 +8,312 @@ namespace costate::normal_friction {
 
 namespace {
 
-/// A point of an extremal, u back from its end; lengths in units of v_f², times of v_f.
+/// A point of an extremal, at τ = θ₂ − θ, t before its end; lengths in units of v_f², times of v_f.
 struct Place {
-  double u = 0.0, v = 1.0, lambda_v = 0.0, curving = 1.0;  ///< curving: Γ/q
+  double tau = 0.0, v = 1.0, lambda_v = 0.0;
+  double curving = 1.0;  ///< Γ/q
   double t = 0.0, x = 0.0, y = 0.0;
+  std::size_t arc = 0;  ///< counted from the end
 };
 
-/// All extremals with the end slope θ₂, one inside the other.
+/// An arc back from its end at τ = from; `turn` is +1 where τ grows backward, and `jump` the step of τ to the arc before it.
+struct Arc {
+  double from, turn;
+  double length = 0.0, jump = 0.0;
+};
+
+/// All extremals with the end slope θ₂: one motion, of which each takes the last part.
 class Family {
  public:
   Family(const Push<double>& push, double theta2) : push_(push), theta2_(theta2) {
-    side_ = SlopePoint<double>(push, theta2, 0.0).d > 0.0 ? 1.0 : -1.0;
-    find_reach();
-    find_corners();
-    walk();
-  }
-
-  [[nodiscard]] Side side() const { return side_ > 0.0 ? Side::left : Side::right; }
-  [[nodiscard]] double theta2() const { return theta2_; }
-  [[nodiscard]] const std::vector<CornerAngles>& corners() const { return corners_; }
-  [[nodiscard]] const std::vector<Place>& places() const { return places_; }
-  [[nodiscard]] std::size_t corners_before(double u) const {
-    return static_cast<std::size_t>(std::count_if(corners_.begin(), corners_.end(), [&](const auto& c) { return c.before <= u; }));
-  }
-
- private:
-  template <class S>
-  [[nodiscard]] SlopePoint<S> point(const S& u) const {
-    return {Push<S>{push_.x, push_.y, push_.cubic}, S(theta2_), side_ * u};
-  }
-  [[nodiscard]] Place at(double u) const {
-    const SlopePoint<double> p = point(u);
-    return {.u = u, .v = p.speed_ratio(), .lambda_v = p.lambda_v(), .curving = p.gamma / p.q};
-  }
-
-  /// How far back the speed stays positive.
-  void find_reach() {
-    constexpr double step = 0.02, most = 2.0 * std::numbers::pi;
-    double low = 0.0, high = step;
-    while (high < most && at(high).v > 0.0) {
-      low = high;
-      high += step;
-    }
-    if (high < most) {
-      for (int i = 0; i < 60; ++i) {
-        const double middle = 0.5 * (low + high);
-        (at(middle).v > 0.0 ? low : high) = middle;
-      }
-    }
-    reach_ = low;
-  }
-
-  /// The points (v/v_f, λv) of all slopes form a curve. Where Γ/q < 0 it runs backward between two cusps, and the branches at
-  /// both sides cross where both slopes maximise H.
-  void find_corners() {
-    constexpr int cells = 300;
-    std::vector<std::vector<Place>> branches(1);
-    bool backward = false;
-    for (int i = 0; i < cells; ++i) {
-      const Place place = at(reach_ * i / cells);
-      if (place.curving < 0.0) {
-        backward = true;
-        continue;
-      }
-      if (backward) branches.emplace_back();
-      backward = false;
-      branches.back().push_back(place);
-    }
-    double from = 0.0;
-    for (std::size_t i = 0; i + 1 < branches.size(); ++i) {
-      const auto corner = crossing(branches[i], branches[i + 1], from);
-      if (!corner) {
-        reach_ = branches[i].back().u;  // what lies beyond is not joined to the end by a corner
-        return;
-      }
-      corners_.push_back(*corner);
-      from = corner->before;
-    }
-  }
-
-  [[nodiscard]] std::optional<CornerAngles> crossing(const std::vector<Place>& later, const std::vector<Place>& earlier,
-                                                     double from) const {
-    const auto side = [](const Place& p, const Place& q, const Place& r) {
-      return (q.v - p.v) * (r.lambda_v - p.lambda_v) - (q.lambda_v - p.lambda_v) * (r.v - p.v);
-    };
-    for (std::size_t i = 1; i < later.size(); ++i) {
-      if (later[i - 1].u < from) continue;
-      const Place &a = later[i - 1], &b = later[i];
-      for (std::size_t j = 1; j < earlier.size(); ++j) {
-        const Place &c = earlier[j - 1], &d = earlier[j];
-        if (side(a, b, c) * side(a, b, d) > 0.0 || side(c, d, a) * side(c, d, b) > 0.0) continue;
-        if (const auto found = refine({d.u, b.u})) return found;
-      }
-    }
-    return std::nullopt;
-  }
-
-  /// Newton's method on both coordinates at once.
-  [[nodiscard]] std::optional<CornerAngles> refine(CornerAngles angles) const {
-    using D = Dual<double, 2>;
-    for (int i = 0; i < 50; ++i) {
-      const auto before = point(D::variable(angles.before, 0)), after = point(D::variable(angles.after, 1));
-      const D dv = before.speed_ratio() - after.speed_ratio(), dl = before.lambda_v() - after.lambda_v();
-      const double determinant = dv.gradient[0] * dl.gradient[1] - dv.gradient[1] * dl.gradient[0];
-      const double step_before = (dl.gradient[1] * dv.value - dv.gradient[1] * dl.value) / determinant;
-      const double step_after = (dv.gradient[0] * dl.value - dl.gradient[0] * dv.value) / determinant;
-      angles.before -= step_before;
-      angles.after -= step_after;
-      if (!(angles.before > angles.after && angles.after > 0.0 && angles.before < reach_)) return std::nullopt;
-      if (std::abs(step_before) + std::abs(step_after) < 1e-12) return angles;
-    }
-    return std::nullopt;
-  }
-
-  /// Tabulates the quadratures, closely at both ends, where the turn or the speed v₀ (or v_f) is small.
-  void walk() {
-    constexpr int cells = 120;
-    constexpr double ends = 14.0;
     places_.push_back({});
-    std::size_t next = 0;
-    for (int i = 0; i <= cells; ++i) {
-      const double z = ends * (2.0 * i / cells - 1.0);
-      const double u = reach_ / (1.0 + std::exp(-z));
-      while (next < corners_.size() && u > corners_[next].after) {
-        advance(corners_[next].after);
-        Place across = at(corners_[next].before);
-        across.t = places_.back().t;
-        across.x = places_.back().x;
-        across.y = places_.back().y;
-        places_.push_back(across);
-        ++next;
-      }
-      if (u > places_.back().u) advance(u);
+    constexpr std::size_t most_arcs = 6;
+    for (std::optional<double> from = 0.0; from && arcs_.size() < most_arcs;) {
+      arcs_.push_back({*from, point(*from).d > 0.0 ? 1.0 : -1.0});
+      from = walk(arcs_.back());
     }
   }
 
-  void advance(double u) {
-    // Gauss's formula of four points.
+  [[nodiscard]] double theta2() const { return theta2_; }
+  [[nodiscard]] const std::vector<Arc>& arcs() const { return arcs_; }
+  [[nodiscard]] const std::vector<Place>& places() const { return places_; }
+
+  /// The place at τ, next to another on the same arc: quadratures by Gauss's formula of four points.
+  [[nodiscard]] Place after(const Place& last, double tau) const {
     constexpr double nodes[] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
     constexpr double weights[] = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538};
-    const Place& last = places_.back();
-    const double half = 0.5 * (u - last.u), middle = 0.5 * (u + last.u);
-    Place place = at(u);
+    const double half = 0.5 * (tau - last.tau), middle = 0.5 * (tau + last.tau);
+    Place place = at(tau);
     place.t = last.t;
     place.x = last.x;
     place.y = last.y;
+    place.arc = last.arc;
     for (std::size_t k = 0; k < 4; ++k) {
       const SlopePoint<double> p = point(middle + half * nodes[k]);
-      const double time = half * weights[k] * side_ * p.slowness();
+      const double time = half * weights[k] * p.slowness();
       place.t += time;
       place.x += time * p.speed_ratio() * p.cosine;
       place.y += time * p.speed_ratio() * p.sine;
     }
-    places_.push_back(place);
+    return place;
+  }
+
+ private:
+  template <class S>
+  [[nodiscard]] SlopePoint<S> point(const S& tau) const {
+    return {Push<S>{push_.x, push_.y, push_.cubic}, S(theta2_), tau};
+  }
+  [[nodiscard]] Place at(double tau) const {
+    const SlopePoint<double> p = point(tau);
+    Place place;
+    place.tau = tau;
+    place.v = p.speed_ratio();
+    place.lambda_v = p.lambda_v();
+    place.curving = p.gamma / p.q;
+    return place;
+  }
+  [[nodiscard]] bool is_motion(double tau) const {
+    const Place place = at(tau);
+    return place.v > 0.0 && place.curving >= 0.0;
+  }
+
+  /// How far an arc can be followed back at most.
+  [[nodiscard]] double reach(const Arc& arc) const {
+    constexpr double step = 0.02, most = 2.0 * std::numbers::pi;
+    double low = 0.0, high = step;
+    while (high < most && is_motion(arc.from + arc.turn * high)) {
+      low = high;
+      high += step;
+    }
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (is_motion(arc.from + arc.turn * middle) ? low : high) = middle;
+    }
+    return low;
+  }
+
+  /// Tabulates the quadratures along an arc, closely at both ends, where the turn or the speed is small. Returns where the arc
+  /// before it ends, if there is a corner.
+  std::optional<double> walk(Arc& arc) {
+    constexpr int cells = 120;
+    constexpr double ends = 14.0;
+    const double length = reach(arc);
+    for (int i = 0; i <= cells; ++i) {
+      const double u = length / (1.0 + std::exp(-ends * (2.0 * i / cells - 1.0)));
+      const Place next = at(arc.from + arc.turn * u);
+      const double rival = best_tau(next);
+      if (std::abs(rival - next.tau) > 1e-3) {
+        const auto corner = refine(next.tau, rival);
+        // At the very start of an arc the rival is the slope that it has just been left for.
+        if (!corner || (corner->first - places_.back().tau) * arc.turn <= 0.0) continue;
+        advance(corner->first);
+        arc.length = std::abs(corner->first - arc.from);
+        arc.jump = corner->second - corner->first;
+        Place across = places_.back();
+        across.tau = corner->second;
+        ++across.arc;
+        places_.push_back(across);
+        return corner->second;
+      }
+      advance(next.tau);
+    }
+    return std::nullopt;
+  }
+
+  /// τ of the slope that maximises H at a place, within π of the place's own.
+  [[nodiscard]] double best_tau(const Place& place) const {
+    const Vec<double, 3> c{place.v * std::cos(theta2_) + place.lambda_v * push_.x,
+                           place.v * std::sin(theta2_) + place.lambda_v * push_.y, place.lambda_v * push_.cubic};
+    return place.tau + std::remainder(theta2_ - BestSlope::of(c) - place.tau, 2.0 * std::numbers::pi);
+  }
+
+  /// The two slopes with the same v and λv, by Newton's method on both.
+  [[nodiscard]] std::optional<std::pair<double, double>> refine(double own, double rival) const {
+    using D = Dual<double, 2>;
+    const double jump = rival - own;
+    for (int i = 0; i < 50; ++i) {
+      const auto a = point(D::variable(own, 0)), b = point(D::variable(rival, 1));
+      const D dv = a.speed_ratio() - b.speed_ratio(), dl = a.lambda_v() - b.lambda_v();
+      const double determinant = dv.gradient[0] * dl.gradient[1] - dv.gradient[1] * dl.gradient[0];
+      const double own_step = (dl.gradient[1] * dv.value - dv.gradient[1] * dl.value) / determinant;
+      const double rival_step = (dv.gradient[0] * dl.value - dl.gradient[0] * dv.value) / determinant;
+      own -= own_step;
+      rival -= rival_step;
+      if (!((rival - own) / jump > 0.1)) return std::nullopt;
+      if (std::abs(own_step) + std::abs(rival_step) < 1e-12) return std::pair(own, rival);
+    }
+    return std::nullopt;
+  }
+
+  void advance(double tau) {
+    places_.push_back(after(places_.back(), tau));
+    places_.back().arc = arcs_.size() - 1;
   }
 
   Push<double> push_;
-  double theta2_, side_ = 1.0, reach_ = 0.0;
-  std::vector<CornerAngles> corners_;
+  double theta2_;
+  std::vector<Arc> arcs_;
   std::vector<Place> places_;
 };
 
 /// A member of a family that comes from v₀ over the wanted distance; `off` is the angle from the wanted direction to its own.
 struct Arrival {
-  double u, off, time;
-  std::size_t corners;
+  double tau, off, time;
+  std::size_t arc;
 };
+
+/// The place between a and b at which `excess` vanishes, by the rule of false position (Illinois).
+template <class F>
+Place settle(const Family& family, const F& excess, const Place& a, double left, const Place& b, double right) {
+  double low = a.tau, high = b.tau;
+  Place place = a;
+  for (int i = 0; i < 20; ++i) {
+    place = family.after(a, low + left / (left - right) * (high - low));
+    const double value = excess(place);
+    if (std::abs(value) < 1e-12) break;
+    if ((value > 0.0) == (right > 0.0)) {
+      high = place.tau;
+      right = value;
+      left *= 0.5;
+    } else {
+      low = place.tau;
+      left = value;
+      right *= 0.5;
+    }
+  }
+  return place;
+}
 
 std::vector<Arrival> arrivals(const Family& family, const Scene& scene) {
   const double wanted = std::log(std::hypot(scene.x, scene.y) / (scene.speed * scene.speed));
+  const auto excess = [&](const Place& p) { return std::log(std::hypot(p.x, p.y)) - 2.0 * std::log(p.v) - wanted; };
   std::vector<Arrival> found;
-  const auto excess = [&](const Place& p) { return 0.5 * std::log(p.x * p.x + p.y * p.y) - 2.0 * std::log(p.v) - wanted; };
   const std::vector<Place>& places = family.places();
   for (std::size_t i = 2; i < places.size(); ++i) {
     const Place &a = places[i - 1], &b = places[i];
-    if (a.x == b.x && a.y == b.y) continue;  // a corner
     const double left = excess(a), right = excess(b);
-    if (!(left * right <= 0.0)) continue;
-    const double s = left / (left - right);
-    const auto between = [&](double p, double q) { return p + s * (q - p); };
-    const double x = between(a.x, b.x), y = between(a.y, b.y);
-    const double end_speed = scene.speed / between(a.v, b.v);
-    found.push_back({between(a.u, b.u), std::atan2(y * scene.x - x * scene.y, x * scene.x + y * scene.y),
-                     end_speed * between(a.t, b.t), family.corners_before(b.u)});
+    if (a.arc != b.arc || !(left * right <= 0.0)) continue;
+    const Place p = settle(family, excess, a, left, b, right);
+    found.push_back({p.tau, std::atan2(p.y * scene.x - p.x * scene.y, p.x * scene.x + p.y * scene.y), scene.speed / p.v * p.t, p.arc});
   }
   return found;
 }
 
-}  // namespace
+Side side_of(double sign) { return sign > 0.0 ? Side::left : Side::right; }
 
-Eigen::VectorXd RoughExtremal::unknowns() const {
-  Eigen::VectorXd y(2 + 2 * static_cast<Eigen::Index>(corners.size()));
-  y[0] = theta2;
-  double from = 0.0;
-  Eigen::Index next = 1;
-  for (const CornerAngles& corner : corners) {
-    y[next++] = std::log(corner.after - from);
-    y[next++] = std::log(corner.before - corner.after);
-    from = corner.before;
+RoughExtremal rough_extremal(const Family& family, const Arrival& arrival) {
+  std::vector<double> unknowns{family.theta2()};
+  Structure backward;
+  for (std::size_t i = 0; i <= arrival.arc; ++i) {
+    const Arc& arc = family.arcs()[i];
+    backward.push_back({.turn = side_of(arc.turn)});
+    unknowns.push_back(std::log(i == arrival.arc ? std::abs(arrival.tau - arc.from) : arc.length));
+    if (i == arrival.arc) break;
+    unknowns.push_back(std::log(std::abs(arc.jump)));
+    backward.back().jump = side_of(arc.jump);
   }
-  y[next] = std::log(turned - from);
-  return y;
+  return {Structure(backward.rbegin(), backward.rend()),
+          Eigen::Map<const Eigen::VectorXd>(unknowns.data(), static_cast<Eigen::Index>(unknowns.size())), arrival.time};
 }
 
-std::vector<RoughExtremal> find_extremals(const Scene& scene) {
-  const Push<double> push = push_of(scene);
-  constexpr int rows = 360;
-  std::vector<RoughExtremal> extremals;
-  std::optional<Family> last;
-  std::vector<Arrival> before;
-  for (int i = 0; i <= rows; ++i) {
-    Family family(push, std::numbers::pi * (2.0 * i / rows - 1.0) + 1e-3);
-    std::vector<Arrival> now = arrivals(family, scene);
-    for (const Arrival& a : before) {
-      for (const Arrival& b : now) {
-        if (family.side() != last->side() || a.corners != b.corners || a.off * b.off > 0.0) continue;
-        if (std::abs(a.off - b.off) > 1.0 || std::abs(a.u - b.u) > 0.3) continue;
-        const double s = a.off / (a.off - b.off);
-        const auto between = [&](double p, double q) { return p + s * (q - p); };
-        RoughExtremal found{family.side(), between(last->theta2(), family.theta2()), between(a.u, b.u), {}, between(a.time, b.time)};
-        for (std::size_t k = 0; k < a.corners; ++k) {
-          found.corners.push_back({between(last->corners()[k].before, family.corners()[k].before),
-                                   between(last->corners()[k].after, family.corners()[k].after)});
+/// The search over θ₂. The points at the wanted distance, v₀ wanted there, form a continuous front as θ₂ varies, also where the
+/// structure changes; it ends where v_f → 0.
+class Search {
+ public:
+  explicit Search(const Scene& scene) : scene_(scene), push_(push_of(scene)) {}
+
+  std::vector<RoughExtremal> run() {
+    constexpr int rows = 240;
+    // The grid avoids round angles, at which d may vanish exactly.
+    const auto row = [&](int i) { return member(std::numbers::pi * (2.0 * i / rows - 1.0) + 1e-3); };
+    std::optional<Member> last = row(0);
+    for (int i = 1; i <= rows; ++i) {
+      Member next = row(i);
+      for (const Arrival& a : last->arrivals) {
+        if (const Arrival* b = nearest(a, next)) {
+          if (a.off * b->off <= 0.0) settle_between(last->family.theta2(), a, next.family.theta2(), *b);
+        } else {
+          to_the_end(last->family.theta2(), a, next.family.theta2());
         }
-        if (a.corners > 0 && found.turned <= found.corners.back().before) continue;
-        extremals.push_back(std::move(found));
+      }
+      for (const Arrival& b : next.arrivals) {
+        if (nearest(b, *last) == nullptr) to_the_end(next.family.theta2(), b, last->family.theta2());
+      }
+      last.emplace(std::move(next));
+    }
+    std::sort(found_.begin(), found_.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+    return std::move(found_);
+  }
+
+ private:
+  struct Member {
+    Family family;
+    std::vector<Arrival> arrivals;
+  };
+  [[nodiscard]] Member member(double theta2) const {
+    Family family(push_, theta2);
+    std::vector<Arrival> list = arrivals(family, scene_);
+    return {std::move(family), std::move(list)};
+  }
+
+  /// The arrival of a member that continues this one along the front, if any.
+  static const Arrival* nearest(const Arrival& to, const Member& in) {
+    constexpr double most = 0.3;
+    const auto distance = [&](const Arrival& a) { return std::abs(a.off - to.off) + std::abs(std::log(a.time / to.time)); };
+    const auto best = std::min_element(in.arrivals.begin(), in.arrivals.end(),
+                                       [&](const Arrival& a, const Arrival& b) { return distance(a) < distance(b); });
+    return best != in.arrivals.end() && distance(*best) < most ? &*best : nullptr;
+  }
+
+  /// The extremal between two points of the front at both sides of the wanted one, by the rule of false position (Illinois).
+  void settle_between(double low, Arrival a, double high, Arrival b) {
+    double left = a.off, right = b.off;
+    for (int i = 0; i < 60; ++i) {
+      const Member middle = member(low + left / (left - right) * (high - low));
+      const Arrival* at = nearest(std::abs(a.off) < std::abs(b.off) ? a : b, middle);
+      if (at == nullptr) return;
+      if (std::abs(at->off) < 1e-10 || high - low < 1e-14) {
+        found_.push_back(rough_extremal(middle.family, *at));
+        return;
+      }
+      if ((at->off > 0.0) == (right > 0.0)) {
+        high = middle.family.theta2();
+        b = *at;
+        right = at->off;
+        left *= 0.5;
+      } else {
+        low = middle.family.theta2();
+        a = *at;
+        left = at->off;
+        right *= 0.5;
       }
     }
-    last.emplace(std::move(family));
-    before = std::move(now);
   }
-  std::sort(extremals.begin(), extremals.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
-  return extremals;
-}
+
+  /// From a point of the front toward its end, which lies before `beyond`.
+  void to_the_end(double theta2, Arrival a, double beyond) {
+    for (int i = 0; i < 30; ++i) {
+      const Member middle = member(0.5 * (theta2 + beyond));
+      if (const Arrival* at = nearest(a, middle)) {
+        if (a.off * at->off <= 0.0) {
+          settle_between(theta2, a, middle.family.theta2(), *at);
+          return;
+        }
+        theta2 = middle.family.theta2();
+        a = *at;
+      } else {
+        beyond = middle.family.theta2();
+      }
+    }
+  }
+
+  Scene scene_;
+  Push<double> push_;
+  std::vector<RoughExtremal> found_;
+};
+
+}  // namespace
+
+std::vector<RoughExtremal> find_extremals(const Scene& scene) { return Search(scene).run(); }
 
 }  // namespace costate::normal_friction

@@ -52,34 +52,31 @@ class Search {
 
   /// The fastest extremal, or a solution that says why there is none; `others` are those that are slower.
   Solution run(std::vector<Solution>& others) {
-    std::string failures;
-    std::vector<Solution> found;
     for (const Way& way : ways_to(scene_)) {
       Solution solution = travel(way);
       if (solution.solved()) {
-        found.push_back(std::move(solution));
+        found_.push_back(std::move(solution));
         break;
       }
-      failures += fmt::format("{}: {}; ", way.name, solution.message);
+      failures_ += fmt::format("{}: {}; ", way.name, solution.message);
     }
+    std::vector<RoughExtremal> refused;
     for (const RoughExtremal& rough : find_extremals(scene_)) {
-      const bool known = std::any_of(found.begin(), found.end(), [&](const Solution& s) {
-        return std::abs(s["theta2"].value - rough.theta2) < 0.05 && std::abs(s.final_time() / rough.time - 1.0) < 0.01;
-      });
-      if (known) continue;
-      Shooting shooting(make_problem(scene_, rough.side, rough.corners.size()));
-      Solution solution = finish(shooting, rough.unknowns(), {});
+      if (known(rough) || std::any_of(refused.begin(), refused.end(), [&](const auto& r) { return alike(r, rough); })) continue;
+      Shooting shooting(make_problem(scene_, rough.structure));
+      Solution solution = finish(shooting, rough.unknowns, {});
       if (solution.solved()) {
-        found.push_back(std::move(solution));
+        found_.push_back(std::move(solution));
       } else {
-        failures += fmt::format("extremal of about {:.4g} s with {} corners: {}; ", rough.time, rough.corners.size(), solution.message);
+        failures_ += fmt::format("about {:.4g} s with {} corners: {}; ", rough.time, rough.structure.size() - 1, solution.message);
+        refused.push_back(rough);
       }
     }
-    if (found.empty()) return failed(failures);
-    std::sort(found.begin(), found.end(), [](const Solution& a, const Solution& b) { return a.final_time() < b.final_time(); });
-    Solution best = std::move(found.front());
-    found.erase(found.begin());
-    others = std::move(found);
+    if (found_.empty()) return failed(failures_);
+    std::sort(found_.begin(), found_.end(), [](const Solution& a, const Solution& b) { return a.final_time() < b.final_time(); });
+    Solution best = std::move(found_.front());
+    found_.erase(found_.begin());
+    others = std::move(found_);
     return best;
   }
 
@@ -93,8 +90,7 @@ class Search {
   Solution travel(const Way& way) {
     const std::optional<TiltedCycloid> start = start_of(way);
     if (!start) return failed("no energy for the start of the way");
-    const Side side = start->mirrored ? Side::right : Side::left;
-    Shooting shooting(make_problem(way.from, side));
+    Shooting shooting(make_problem(way.from, {{.turn = start->mirrored ? Side::right : Side::left}}));
     shooting.set_parameters(parameters(way.from, way.nonlinearity));
     const Eigen::VectorXd y = Eigen::Vector2d(start->theta2(), std::log(std::abs(start->turn())));
     return finish(shooting, y, way.stops);
@@ -117,9 +113,21 @@ class Search {
     return solution;
   }
 
+  [[nodiscard]] bool known(const RoughExtremal& rough) const {
+    return std::any_of(found_.begin(), found_.end(), [&](const Solution& s) {
+      return s.y.size() == rough.unknowns.size() && std::abs(s.y[0] - rough.unknowns[0]) < 0.02 &&
+             std::abs(s.final_time() / rough.time - 1.0) < 0.01;
+    });
+  }
+  static bool alike(const RoughExtremal& a, const RoughExtremal& b) {
+    return a.structure == b.structure && (a.unknowns - b.unknowns).cwiseAbs().maxCoeff() < 0.05;
+  }
+
   Scene scene_;
   SolveOptions options_;
   Cost* cost_;
+  std::vector<Solution> found_;
+  std::string failures_;
 };
 
 double least_normal_force(const Scene& scene, double theta1, double theta2) {

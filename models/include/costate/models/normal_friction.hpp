@@ -91,7 +91,11 @@ struct Push {
   S x{}, y{}, cubic{};
 };
 
-/// What an extremal is at the slope θ, given θ₂ and τ = θ₂ − θ; names as at the top.
+/// What an extremal is at the slope θ, given θ₂ and τ = θ₂ − θ; names as at the top. In q and Γ the linear part of f is constant,
+/// l = x sin θ₂ − y cos θ₂; it is taken out, since both may be far smaller than the terms they are defined by:
+///
+///     q = l + cubic (3 cos²θ₂ sin θ₂ − sin τ (cos(2θ₂ + θ) + cos τ cos(θ₂ + 2θ))),
+///     Γ = l + 3 cubic cos θ ((cos²θ − 2 sin²θ) sin τ + cos θ sin θ cos τ).
 template <class S>
 struct SlopePoint {
   S theta, cosine, sine;
@@ -101,13 +105,14 @@ struct SlopePoint {
 
   SlopePoint(const Push<S>& push, const S& theta2, const S& left)
       : theta(theta2 - left), cosine(cos(theta)), sine(sin(theta)), sine_left(sin(left)) {
-    const S cosine_left = cos(left);
-    const S square = push.cubic * cosine * cosine;
-    f = cosine * (push.x + square) + push.y * sine;
-    d = sine * (push.x + 3.0 * square) - push.y * cosine;
-    const S d_slope = cosine * (push.x + 3.0 * square) + push.y * sine - 6.0 * push.cubic * cosine * sine * sine;
-    q = d * cosine_left + f * sine_left;
-    gamma = d_slope * sine_left + d * cosine_left;
+    const S cosine_left = cos(left), end_cosine = cos(theta2), end_sine = sin(theta2);
+    const S c2 = cosine * cosine;
+    f = cosine * (push.x + push.cubic * c2) + push.y * sine;
+    d = sine * (push.x + 3.0 * push.cubic * c2) - push.y * cosine;
+    const S linear = push.x * end_sine - push.y * end_cosine;
+    q = linear + push.cubic * (3.0 * end_cosine * end_cosine * end_sine -
+                               sine_left * (cos(theta2 + theta2 + theta) + cosine_left * cos(theta2 + theta + theta)));
+    gamma = linear + 3.0 * push.cubic * cosine * ((c2 - 2.0 * sine * sine) * sine_left + cosine * sine * cosine_left);
   }
   /// λv.
   [[nodiscard]] S lambda_v() const { return sine_left / q; }
@@ -117,30 +122,39 @@ struct SlopePoint {
   [[nodiscard]] S slowness() const { return gamma / (q * q); }
 };
 
-/// An arc as it is integrated, over σ ∈ [0, 1], τ = τ₁ + Δ (1 − σ): no state, w = (t, x, y, σ), where σ tells an observer the
-/// place; p = (θ₂, τ₁, Δ, v_f, push x, push y, push cubic). The turn Δ is positive where the path curves to the left; τ₁ is left
+/// An arc as it is integrated, over σ ∈ [0, 1], τ = τ₁ + Δ (1 − σ): no state, w = (t, x, y, ∫ cos³θ ds, σ), where σ tells an
+/// observer the place; p = (θ₂, τ₁, Δ, v_f, push x, push y, push cubic). The turn Δ is positive where the path curves to the left; τ₁ is left
 /// to turn at the arc's end.
 struct SlopeArc {
-  static constexpr int states = 0, parameters = 7, quadratures = 4;
+  static constexpr int states = 0, parameters = 7, quadratures = 5;
   template <class S>
-  Rates<S, 0, 4> rates(const S& sigma, const Vec<S, 0>&, const Vec<S, 7>& p) const {
+  Rates<S, 0, 5> rates(const S& sigma, const Vec<S, 0>&, const Vec<S, 7>& p) const {
     const auto& [theta2, left, turn, end_speed, push_x, push_y, cubic] = p;
     const SlopePoint<S> at(Push<S>{push_x, push_y, cubic}, theta2, left + turn * (1.0 - sigma));
     const S time = turn * end_speed * at.slowness();
     const S length = time * end_speed * at.speed_ratio();
-    return {{}, {time, length * at.cosine, length * at.sine, S(1.0)}};
+    return {{}, {time, length * at.cosine, length * at.sine, length * at.cosine * at.cosine * at.cosine, S(1.0)}};
   }
 };
 
 /// Parameters of the problem, by place.
 enum ScenePlace : std::size_t { x_place, y_place, speed_place, mu_place, beta_place, gravity_place, nonlinearity_place };
 
-/// To which side the path curves: θ grows to the left, falls to the right.
+/// θ grows to the left, falls to the right.
 enum class Side { left = 1, right = -1 };
 
-/// The shooting problem of a scene, for an extremal whose slope jumps at the given number of corners. Unknowns: theta2,
+/// An arc of an extremal: to which side it curves, and to which side the slope has jumped at the corner before it, if any.
+struct ArcShape {
+  Side turn = Side::left;
+  Side jump = Side::left;
+  bool operator==(const ArcShape&) const = default;
+};
+using Structure = std::vector<ArcShape>;
+
+/// The shooting problem of a scene for a given structure: one arc, or several with corners between. Unknowns: theta2,
 /// log_turn = ln |Δ| of the last arc, then for each corner from the last to the first log_jump and log_turn of the arc before it.
-/// Rows: the end along and across the chord, in units of its length; at each corner v and λv continuous, divided by the jump, with
+/// Rows: the end across the linear part (px, py) of f, in units of the chord; the energy v_f² − v₀² = 2 (px a + py b + cubic
+/// ∫ cos³θ ds), which stands for the end along it and knows v_f to all digits where it is small; at each corner v and λv continuous, divided by the jump, with
 /// which they vanish. Reports: final_time, lambda_x, lambda_y, lambda_v0, theta1, theta2, v_f; t1, t2, … of the corners.
 ///
 /// Friction that is not linear can make H have two maxima. Where an arc in one piece would pass a stretch with Γ/q < 0, the law
@@ -148,7 +162,7 @@ enum class Side { left = 1, right = -1 };
 ///
 /// The parameter `nonlinearity` (1 in the scene) draws a straight path from a problem in closed form: at 0, f(θ) is replaced by the
 /// x cos θ + y sin θ that agrees with it, in value and slope, at the inclination of the chord.
-[[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, Side side = Side::left, std::size_t corners = 0);
+[[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure = {{}});
 
 /// Parameter values of a scene, as the problem orders them.
 [[nodiscard]] std::vector<double> parameters(const Scene& scene, double nonlinearity = 1.0);
