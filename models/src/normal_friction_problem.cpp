@@ -140,11 +140,14 @@ class NormalFrictionProblem final : public Problem {
       const double cosine = std::cos(theta);
       return cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta) - 1.0;
     };
-    const double here = hamiltonian(at.theta);
-    return {{"Hamiltonian", PathCheck::Kind::zero, here},
+    // H is known to rounding of the terms that q is a difference of, over q.
+    const double here = hamiltonian(at.theta), rounding = at.q / (std::abs(at.d) + std::abs(at.f));
+    const double size = 1.0 + std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]);
+    return {{"H times q/(|d| + |f|)", PathCheck::Kind::zero, here * rounding},
             {"speed", PathCheck::Kind::nonnegative, v},
             {"-H_theta_theta (Legendre-Clebsch)", PathCheck::Kind::nonnegative, at.gamma / at.q},
-            {"H less the highest H of any slope (Weierstrass)", PathCheck::Kind::nonnegative, here - hamiltonian(BestSlope::of(c))}};
+            {"(H - highest H of any slope) / size of its terms (Weierstrass)", PathCheck::Kind::nonnegative,
+             (here - hamiltonian(BestSlope::of(c))) / size}};
   }
 
  private:
@@ -161,8 +164,8 @@ class NormalFrictionProblem final : public Problem {
     const SlopePoint<Jet> before(scene.push, theta2, first.left), after(scene.push, theta2, second.left + second.turn);
     const Jet jump = after.theta - before.theta;
     const std::size_t row = 2 * (arcs_.size() - i);
-    shot.row(row, (after.speed_ratio() - before.speed_ratio()) / jump);
-    shot.row(row + 1, (after.lambda_v() - before.lambda_v()) / jump);
+    shot.row(row, (after.speed_ratio() / before.speed_ratio() - 1.0) / jump);
+    shot.row(row + 1, (after.lambda_v() / before.lambda_v() - 1.0) / jump);
     shot.report(fmt::format("t{}", i), "s", scene.time * at);
   }
 

@@ -229,16 +229,7 @@ class Search {
     std::optional<Member> last = row(0);
     for (int i = 1; i <= rows; ++i) {
       Member next = row(i);
-      for (const Arrival& a : last->arrivals) {
-        if (const Arrival* b = nearest(a, next)) {
-          if (a.off * b->off <= 0.0) settle_between(last->family.theta2(), a, next.family.theta2(), *b);
-        } else {
-          to_the_end(last->family.theta2(), a, next.family.theta2());
-        }
-      }
-      for (const Arrival& b : next.arrivals) {
-        if (nearest(b, *last) == nullptr) to_the_end(next.family.theta2(), b, last->family.theta2());
-      }
+      compare(*last, next, 12);
       last.emplace(std::move(next));
     }
     std::sort(found_.begin(), found_.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
@@ -290,20 +281,39 @@ class Search {
     }
   }
 
-  /// From a point of the front toward its end, which lies before `beyond`.
-  void to_the_end(double theta2, Arrival a, double beyond) {
-    for (int i = 0; i < 30; ++i) {
-      const Member middle = member(0.5 * (theta2 + beyond));
-      if (const Arrival* at = nearest(a, middle)) {
-        if (a.off * at->off <= 0.0) {
-          settle_between(theta2, a, middle.family.theta2(), *at);
-          return;
-        }
-        theta2 = middle.family.theta2();
-        a = *at;
-      } else {
-        beyond = middle.family.theta2();
+  /// The front between two members; more closely where a point of one has no counterpart in the other, since the front ends or
+  /// turns back between.
+  void compare(const Member& left, const Member& right, int depth) {
+    std::vector<std::pair<const Arrival*, const Arrival*>> pairs;
+    for (const Arrival& a : left.arrivals) {
+      const Arrival* b = nearest(a, right);
+      if (b != nullptr && nearest(*b, left) == &a) pairs.emplace_back(&a, b);
+    }
+    const bool matched = pairs.size() == left.arrivals.size() && pairs.size() == right.arrivals.size();
+    if (!matched && depth > 0) {
+      const Member middle = member(0.5 * (left.family.theta2() + right.family.theta2()));
+      compare(left, middle, depth - 1);
+      compare(middle, right, depth - 1);
+      return;
+    }
+    for (const auto& [a, b] : pairs) {
+      if (a->off * b->off <= 0.0) settle_between(left.family.theta2(), *a, right.family.theta2(), *b);
+    }
+    if (!matched) {
+      turning(left, right);
+      turning(right, left);
+    }
+  }
+
+  /// Where the front turns back between a member and another: two points of it at both sides of the wanted one, close to each other.
+  void turning(const Member& member, const Member& other) {
+    const Arrival* last = nullptr;
+    for (const Arrival& a : member.arrivals) {
+      if (nearest(a, other) != nullptr) continue;
+      if (last != nullptr && last->off * a.off <= 0.0 && std::abs(last->off - a.off) < 0.3) {
+        found_.push_back(rough_extremal(member.family, std::abs(a.off) < std::abs(last->off) ? a : *last));
       }
+      last = &a;
     }
   }
 
