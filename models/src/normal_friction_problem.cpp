@@ -98,7 +98,8 @@ class NormalFrictionProblem final : public Problem {
     const Jet gained = sin(left) * (2.0 * slope * cos(left) - (1.0 - slope * slope) * sin(left));
     const Jet square = scene.start_speed * scene.start_speed;
     const Jet linear = 2.0 * (push.x * scene.chord_cosine + push.y * scene.chord_sine);
-    shot.row(1, (square * gained - linear - 2.0 * push.cubic * at[3]) / (square.value + std::abs(linear.value)));
+    const double size = std::abs(linear.value) + std::min(square.value, std::hypot(push.x.value, push.y.value));
+    shot.row(1, (square * gained - linear - 2.0 * push.cubic * at[3]) / size);
     shot.report("final_time", "s", scene.time * at[0]);
     shot.report("lambda_x", "s/m", cos(theta2) / (scene.speed * end_speed));
     shot.report("lambda_y", "s/m", sin(theta2) / (scene.speed * end_speed));
@@ -193,15 +194,14 @@ class NormalFrictionProblem final : public Problem {
 }  // namespace
 
 BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
-  constexpr int cells = 72;
-  constexpr double cell = 2.0 * std::numbers::pi / cells;
+  constexpr std::size_t cells = 72;
   struct Direction {
     double theta, cosine, sine;
   };
   static const auto grid = [] {
-    std::array<Direction, cells> directions{};
-    for (std::size_t i = 0; i < cells; ++i) {
-      const double theta = cell * static_cast<double>(i) - std::numbers::pi;
+    std::array<Direction, cells + 1> directions{};
+    for (std::size_t i = 0; i <= cells; ++i) {
+      const double theta = std::numbers::pi * (2.0 * static_cast<double>(i) / cells - 1.0);
       directions[i] = {theta, std::cos(theta), std::sin(theta)};
     }
     return directions;
@@ -211,17 +211,20 @@ BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
   };
   Bracket best{-std::numbers::pi, std::numbers::pi};
   double top = -std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < cells; ++i) {
-    if (falls(grid[i]) || !falls(grid[(i + 1) % cells])) continue;
-    // A root on the grid itself must lie inside the bracket.
-    const Bracket around{grid[i].theta - 1e-9, grid[i].theta + cell + 1e-9};
+  const auto consider = [&](const Bracket& around) {
     const double theta = guarded_root(Slope{}, c, around.lower, around.upper), cosine = std::cos(theta);
     const double height = cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta);
     if (height > top) {
       top = height;
       best = around;
     }
+  };
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (!falls(grid[i]) && falls(grid[i + 1])) consider({grid[i].theta, grid[i + 1].theta});
   }
+  // π and −π are one direction, but not to the last digit.
+  constexpr double seam = 1e-6;
+  if (falls(grid.front()) && !falls(grid.back())) consider({std::numbers::pi - seam, std::numbers::pi + seam});
   return best;
 }
 

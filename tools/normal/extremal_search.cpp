@@ -73,8 +73,9 @@ class Family {
     return place;
   }
   [[nodiscard]] bool is_motion(double tau) const {
+    constexpr double fastest = 1e9;  // v/v_f has a pole where q vanishes
     const Place place = at(tau);
-    return place.v > 0.0 && place.curving >= 0.0;
+    return place.v > 0.0 && place.v < fastest && place.curving >= 0.0;
   }
 
   /// How far an arc can be followed back at most.
@@ -95,8 +96,8 @@ class Family {
   /// Tabulates the quadratures along an arc, closely at both ends, where the turn or the speed is small. Returns where the arc
   /// before it ends, if there is a corner.
   std::optional<double> walk(Arc& arc) {
-    constexpr int cells = 120;
-    constexpr double ends = 14.0;
+    constexpr int cells = 140;
+    constexpr double ends = 20.0;
     const double length = reach(arc);
     for (int i = 0; i <= cells; ++i) {
       const double u = length / (1.0 + std::exp(-ends * (2.0 * i / cells - 1.0)));

@@ -3,6 +3,7 @@
 #include <costate/models/tilted_cycloid.hpp>
 
 #include <cmath>
+#include <fmt/format.h>
 #include <functional>
 #include <limits>
 
@@ -36,14 +37,18 @@ tools::Outcome linear_outcome(const Scene& scene) {
   const Push<double> pull = push_of(scene);
   const double start_square = scene.speed * scene.speed, gained = 2.0 * (pull.x * scene.x + pull.y * scene.y);
   const double across = (pull.x * scene.y - pull.y * scene.x) / std::hypot(pull.x, pull.y);
-  const double end_speed = std::sqrt(start_square + gained);
+  const double end_speed = std::sqrt(start_square - 2.0 * scene.gravity * (scene.y + scene.mu * scene.x));
   Motion motion = straight(scene, end_speed);
+  tools::Outcome outcome;
   // What v_f and the place across the field lose to cancellation.
   double lost = (start_square + std::abs(gained)) / (end_speed * end_speed);
   if (const auto found = tilted_cycloid(scene.x, scene.y, scene.speed, pull.x, pull.y)) {
     motion = {"cycloid", found->cycloid.final_time, end_speed, found->theta1(), found->theta2(),
               [arc = *found](double t) { return arc.at(t); }};
     lost += std::hypot(scene.x, scene.y) / std::abs(across);
+  } else if (across != 0.0) {
+    outcome.message = fmt::format("v_f = {:.3g} m/s is too small for double precision; try a lower y", end_speed);
+    return outcome;
   }
   const double lambda = 1.0 / motion.end_speed, lambda_v = motion.at(0.0).lambda_v;
   const double lambda_x = lambda * std::cos(motion.theta2), lambda_y = lambda * std::sin(motion.theta2);
@@ -68,7 +73,6 @@ tools::Outcome linear_outcome(const Scene& scene) {
     form.trajectory.rows.push_back(
         {t, p.x, p.y, p.v, p.theta, lambda_x, lambda_y, p.lambda_v, scene.gravity * std::cos(p.theta)});
   }
-  tools::Outcome outcome;
   outcome.closed_form = std::move(form);
   outcome.status = tools::Outcome::Status::solved;
   return outcome;

@@ -52,8 +52,11 @@ class Search {
       finish(shooting, path.y, "the extremal without corners");
     } else {
       cost_->add(shooting.statistics());
+      explain("the way from friction linear in N: " + path.message);
     }
   }
+
+  void explain(const std::string& failure) { failures_ += (failures_.empty() ? "" : "; ") + failure; }
 
   void finish(Shooting& shooting, const Eigen::VectorXd& start, const std::string& name) {
     Solution solution = solve(shooting, start, options_);
@@ -62,7 +65,7 @@ class Search {
     if (solution.solved()) {
       found_.push_back(std::move(solution));
     } else {
-      failures_ += fmt::format("{}{}: {}", failures_.empty() ? "" : "; ", name, solution.message);
+      explain(name + ": " + solution.message);
     }
   }
 
@@ -88,10 +91,9 @@ void solve_nonlinear(const Scene& scene, const SolveOptions& options, Outcome& o
   std::vector<Solution> found = search.run();
   if (found.empty()) {
     outcome.status = Outcome::Status::failed;
-    outcome.message = search.failures().empty()
-                          ? "no extremal leads to the end point: so near the limit of its energy the bead would gain by chattering "
-                            "between N < 0 and N > 0; try a lower y or a higher speed"
-                          : search.failures();
+    outcome.message = fmt::format("no extremal found{}{}; near y_max hard friction makes the bead gain by chattering between N < 0 and N > "
+                                  "0, and none exists; try a lower y, a higher speed or a coarser accuracy",
+                                  search.failures().empty() ? "" : ": ", search.failures());
     return;
   }
   outcome.status = Outcome::Status::solved;
@@ -126,7 +128,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   Outcome outcome;
   const double loss = scene.mu - std::max(scene.beta, 0.0) * scene.gravity * scene.gravity;
   const double y_max = scene.speed * scene.speed / (2.0 * scene.gravity) - loss * scene.x;
-  if (scene.y >= y_max) {
+  if (!(scene.speed * scene.speed - 2.0 * scene.gravity * (scene.y + loss * scene.x) > 0.0)) {
     outcome.status = Outcome::Status::infeasible;
     outcome.message = fmt::format("y = {:g} m is out of reach: with speed = {:g} m/s, mu = {:g}, beta = {:g} s^4/m^2 and N >= 0 the bead "
                                   "cannot rise to y_max = {:.12g} m at x = {:g} m",
