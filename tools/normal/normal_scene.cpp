@@ -91,9 +91,10 @@ void solve_nonlinear(const Scene& scene, const SolveOptions& options, Outcome& o
   std::vector<Solution> found = search.run();
   if (found.empty()) {
     outcome.status = Outcome::Status::failed;
-    outcome.message = fmt::format("no extremal found{}{}; near y_max hard friction makes the bead gain by chattering between N < 0 and N > "
-                                  "0, and none exists; try a lower y, a higher speed or a coarser accuracy",
-                                  search.failures().empty() ? "" : ": ", search.failures());
+    outcome.message = search.failures().empty()
+                          ? "no extremal leads to the end point: near y_max hard friction makes the bead gain by chattering between N < 0 "
+                            "and N > 0; try a lower y or a higher speed"
+                          : search.failures();
     return;
   }
   outcome.status = Outcome::Status::solved;
