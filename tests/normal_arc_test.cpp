@@ -1,4 +1,5 @@
-/// The bead's arc as it is integrated: against its own definition, the state–costate flow of Pontryagin's principle, and differences.
+/// The bead's arc as it is integrated: against its own definition, the state–costate flow of Pontryagin's principle, and
+/// differences.
 #include "normal/extremal_search.hpp"
 #include "normal/normal_scene.hpp"
 #include "normal_reference.hpp"
@@ -146,7 +147,8 @@ TEST(Corners, StateAndCostatesAreContinuousAndTheSlopeJumps) {
   for (std::size_t i = 1; i < arcs.size(); ++i) {
     EXPECT_NEAR(arcs[i].begin, outcome["t" + std::to_string(i)].value, 1e-10);
     const auto at = [&](const ArcTrace& arc, double sigma) {
-      return outcome.solution.problem->observe({&arc.record, 0.0, Eigen::VectorXd(), arc.trajectory.at(sigma)}, outcome.solution.parameters);
+      return outcome.solution.problem->observe({&arc.record, 0.0, Eigen::VectorXd(), arc.trajectory.at(sigma)},
+                                               outcome.solution.parameters);
     };
     const std::vector<double> before = at(arcs[i - 1], 1.0), after = at(arcs[i], 0.0);
     for (const std::size_t column : {0U, 1U, 2U, 4U, 5U, 6U}) EXPECT_NEAR(before[column], after[column], 1e-9) << column;
@@ -189,6 +191,8 @@ TEST(Jacobian, StaysWellConditionedFromSlowStartsToFastOnes) {
   }
   EXPECT_LT(worst, 100.0) << "like 1/v0 from rest, bounded otherwise";
 }
+
+TEST(NormalProblem, IsOneArcUnlessToldOtherwise) { EXPECT_EQ(make_problem(Scene{})->structure().size(), 1U); }
 
 TEST(NormalProblem, AStructureWithoutArcsIsBadInput) { EXPECT_THROW((void)make_problem(Scene{}, {}), BadInput); }
 

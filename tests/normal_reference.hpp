@@ -28,9 +28,12 @@ inline std::vector<NormalCase> normal_cases() {
   for (const auto& entry : data.at("cases")) {
     if (entry.at("model") != "A") continue;
     const auto& params = entry.at("params");
-    NormalCase c{entry.at("id"), {params.at("a"), params.at("b"), params.at("v0"), params.at("mu"), params.at("beta"), params.at("g")}, {}};
-    const std::pair<const char*, const char*> fields[] = {{"T", "final_time"}, {"theta1", "theta1"}, {"theta2", "theta2"}, {"lx", "lambda_x"},
-                                                          {"ly", "lambda_y"},  {"lv0", "lambda_v0"}, {"vf", "v_f"}};
+    NormalCase c{entry.at("id"),
+                 {params.at("a"), params.at("b"), params.at("v0"), params.at("mu"), params.at("beta"), params.at("g")},
+                 {}};
+    const std::pair<const char*, const char*> fields[] = {{"T", "final_time"}, {"theta1", "theta1"}, {"theta2", "theta2"},
+                                                          {"lx", "lambda_x"},  {"ly", "lambda_y"},   {"lv0", "lambda_v0"},
+                                                          {"vf", "v_f"}};
     for (const auto& [key, report] : fields) c.values[report] = entry.at("solution").at(key);
     cases.push_back(std::move(c));
   }

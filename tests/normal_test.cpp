@@ -66,14 +66,16 @@ TEST(NormalFriction, SmallFrictionConvergesToTheCycloid) {
 
 // Friction linear in N is followed by the same equations as any other: β far below what double precision sees.
 TEST(NormalFriction, ClosedFormOfLinearFrictionIsWhatTheShootingFinds) {
-  for (const Scene& scene : {Scene{3.0, -2.0, 2.0, 0.3, 0.0, 9.8}, Scene{3.0, -9.0, 35.0, 15.0, 0.0, 9.8}, Scene{1.0, 1.2, 10.0, 2.0, 0.0, 9.8},
-                             Scene{0.1, -20.0, 1.0, 5.0, 0.0, 9.8}, Scene{10.0, -0.1, 0.1, 0.009, 0.0, 9.8}}) {
+  for (const Scene& scene :
+       {Scene{3.0, -2.0, 2.0, 0.3, 0.0, 9.8}, Scene{3.0, -9.0, 35.0, 15.0, 0.0, 9.8}, Scene{1.0, 1.2, 10.0, 2.0, 0.0, 9.8},
+        Scene{0.1, -20.0, 1.0, 5.0, 0.0, 9.8}, Scene{10.0, -0.1, 0.1, 0.009, 0.0, 9.8}}) {
     Scene nearly = scene;
     nearly.beta = 1e-30;
     const Outcome closed = solved(scene, 1e-11), shot = solved(nearly, 1e-11);
     ASSERT_TRUE(closed.closed_form && !shot.closed_form);
     for (const Quantity& expected : closed.quantities()) {
-      EXPECT_NEAR(shot[expected.name].value, expected.value, shot[expected.name].error_bound + expected.error_bound) << expected.name;
+      EXPECT_NEAR(shot[expected.name].value, expected.value, shot[expected.name].error_bound + expected.error_bound)
+          << expected.name;
     }
   }
 }
@@ -88,14 +90,15 @@ TEST(NormalFriction, StraightAlongTheTiltedField) {
   for (const double off : {1e-4, -1e-4}) {
     const Outcome cycloid = solved({1.0, 1.0 + off, 10.0, 1.0, 0.0, 9.8}, 1e-10);
     EXPECT_EQ(cycloid.closed_form->name, "cycloid");
-    EXPECT_NEAR(cycloid["final_time"].value - straight["final_time"].value, straight["lambda_y"].value * off, 1.0 * off * off);
+    EXPECT_NEAR(cycloid["final_time"].value - straight["final_time"].value, straight["lambda_y"].value * off,
+                1.0 * off * off);
     EXPECT_NEAR(cycloid["lambda_v0"].value, straight["lambda_v0"].value, std::abs(off));
   }
 }
 
-/// Slope of the time in one number of the scene by differences of fourth order, and how far it may be off: the claimed errors
-/// of the times over h, and h⁴ times a fifth derivative, which is of order one in these scenes.
-Quantity time_slope(const Scene& scene, double Scene::* place, double h) {
+/// Slope of the time in one number of the scene by differences of fourth order, and how far it may be off: the claimed
+/// errors of the times over h, and h⁴ times a fifth derivative, which is of order one in these scenes.
+Quantity time_slope(const Scene& scene, double Scene::*place, double h) {
   double sum = 0.0, error = 0.0;
   for (const auto& [step, weight] : {std::pair{-2, 1.0}, {-1, -8.0}, {1, 8.0}, {2, -1.0}}) {
     Scene moved = scene;
@@ -137,7 +140,8 @@ TEST(NormalFriction, SlopeInTheFrictionCoefficient) {
       for (int i = 0; i <= cells; ++i) {
         const double t = arc.begin + (arc.end - arc.begin) * i / cells;
         const Eigen::VectorXd w = arc.trajectory.at(arc.own(t));
-        const std::vector<double> at = solution.problem->observe({&arc.record, t, Eigen::VectorXd(), w}, solution.parameters);
+        const std::vector<double> at = solution.problem->observe({&arc.record, t, Eigen::VectorXd(), w},
+                                                                 solution.parameters);
         const double weight = (i == 0 || i == cells ? 1.0 : i % 2 == 1 ? 4.0 : 2.0) / 3.0;
         quadrature += weight * (arc.end - arc.begin) / cells * at[6] * at[7];
       }
@@ -149,9 +153,11 @@ TEST(NormalFriction, SlopeInTheFrictionCoefficient) {
     path[normal_friction::mu_place] = 1.0;
     const Shot& shot = shooting.evaluate(solution.y, path);
     const Eigen::VectorXd moved = -shooting.jacobian(shot).fullPivLu().solve(shooting.path_derivative(shot));
-    const auto report = std::find_if(shot.reports().begin(), shot.reports().end(), [](const Report& r) { return r.name == "final_time"; });
+    const auto report = std::find_if(shot.reports().begin(), shot.reports().end(),
+                                     [](const Report& r) { return r.name == "final_time"; });
     double sensitivity = 0.0;
-    for (const auto& entry : report->value.gradient()) sensitivity += entry.derivative * (entry.column < moved.size() ? moved[entry.column] : 1.0);
+    for (const auto& entry : report->value.gradient())
+      sensitivity += entry.derivative * (entry.column < moved.size() ? moved[entry.column] : 1.0);
     EXPECT_NEAR(sensitivity, quadrature, 1e-9);
     expect_slope(time_slope(scene, &Scene::mu, 3e-4), sensitivity);
   }
@@ -163,7 +169,9 @@ TEST(NormalFriction, ScalesWithLengthAndTime) {
     const Outcome reference = solved(scene, 1e-11);
     for (const auto& [s, r] : {std::pair{10.0, 0.5}, {1e-3, 2.0}, {1e3, 30.0}}) {
       const double unit = s / (r * r);
-      const Outcome scaled = solved({s * scene.x, s * scene.y, s / r * scene.speed, scene.mu, scene.beta / (unit * unit), unit * scene.gravity}, 1e-10);
+      const Outcome scaled = solved({s * scene.x, s * scene.y, s / r * scene.speed, scene.mu, scene.beta / (unit * unit),
+                                     unit * scene.gravity},
+                                    1e-10);
       EXPECT_NEAR(scaled["final_time"].value, r * reference["final_time"].value, 2e-10 * r * reference["final_time"].value);
       EXPECT_NEAR(scaled["theta1"].value, reference["theta1"].value, 2e-10);
       EXPECT_NEAR(scaled["theta2"].value, reference["theta2"].value, 2e-10);
@@ -192,7 +200,8 @@ TEST(NormalFriction, ThrustAlongAnOverhangIsShown) {
     ASSERT_EQ(outcome.limits.back().name, "N_min");
     const double least = outcome.limits.back().value.value();
     EXPECT_EQ(least < 0.0, c.values.at("theta1") < -std::numbers::pi / 2) << c.name;
-    EXPECT_NEAR(least, c.scene.gravity * std::min(std::cos(c.values.at("theta1")), std::cos(c.values.at("theta2"))), 1e-6) << c.name;
+    EXPECT_NEAR(least, c.scene.gravity * std::min(std::cos(c.values.at("theta1")), std::cos(c.values.at("theta2"))), 1e-6)
+        << c.name;
   }
 }
 

@@ -58,8 +58,9 @@ class NormalFrictionProblem final : public Problem {
       rows_.push_back({fmt::format("lambda_v at corner {}", i)});
     }
     const std::vector<double> values = normal_friction::parameters(scene);
-    const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},       {"y", "m"},           {"speed", "m/s"},
-                                                                 {"mu", "1"},      {"beta", "s^4/m^2"},  {"gravity", "m/s^2"},
+    const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},           {"y", "m"},
+                                                                 {"speed", "m/s"},     {"mu", "1"},
+                                                                 {"beta", "s^4/m^2"},  {"gravity", "m/s^2"},
                                                                  {"nonlinearity", "1"}};
     for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
   }
@@ -86,7 +87,8 @@ class NormalFrictionProblem final : public Problem {
                      .field = &arc_,
                      .t1 = 1.0,
                      .quadrature = at,
-                     .parameter = {theta2, pieces[i].left, pieces[i].turn, end_speed, scene.push.x, scene.push.y, scene.push.cubic},
+                     .parameter = {theta2, pieces[i].left, pieces[i].turn, end_speed, scene.push.x, scene.push.y,
+                                   scene.push.cubic},
                      .time_quadrature = 0})
                .quadrature;
     }
@@ -111,8 +113,8 @@ class NormalFrictionProblem final : public Problem {
   }
 
   [[nodiscard]] std::vector<Column> columns() const override {
-    return {{"x", "m"},          {"y", "m"},          {"v", "m/s"},          {"theta", "rad"}, {"lambda_x", "s/m"},
-            {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"N", "m/s^2"}};
+    return {{"x", "m"},          {"y", "m"},          {"v", "m/s"},          {"theta", "rad"},
+            {"lambda_x", "s/m"}, {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"N", "m/s^2"}};
   }
 
   [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& p) const override {
@@ -160,7 +162,8 @@ class NormalFrictionProblem final : public Problem {
   };
 
   /// Rows and report of the corner between arcs i − 1 and i, reached at the scaled time `at`.
-  void corner(Shot& shot, const Scaled<Jet>& scene, std::size_t i, const Piece& first, const Piece& second, const Jet& at) const {
+  void corner(Shot& shot, const Scaled<Jet>& scene, std::size_t i, const Piece& first, const Piece& second,
+              const Jet& at) const {
     const Jet& theta2 = shot.unknown(0);
     const SlopePoint<Jet> before(scene.push, theta2, first.left), after(scene.push, theta2, second.left + second.turn);
     const Jet jump = after.theta - before.theta;

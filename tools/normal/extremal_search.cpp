@@ -93,8 +93,8 @@ class Family {
     return low;
   }
 
-  /// Tabulates the quadratures along an arc, closely at both ends, where the turn or the speed is small. Returns where the arc
-  /// before it ends, if there is a corner.
+  /// Tabulates the quadratures along an arc, closely at both ends, where the turn or the speed is small. Returns where the
+  /// arc before it ends, if there is a corner.
   std::optional<double> walk(Arc& arc) {
     constexpr int cells = 140;
     constexpr double ends = 20.0;
@@ -159,7 +159,8 @@ class Family {
   std::vector<Place> places_;
 };
 
-/// A member of a family that comes from v₀ over the wanted distance; `off` is the angle from the wanted direction to its own.
+/// A member of a family that comes from v₀ over the wanted distance; `off` is the angle from the wanted direction to its
+/// own.
 struct Arrival {
   double tau, off, time;
   std::size_t arc;
@@ -197,7 +198,8 @@ std::vector<Arrival> arrivals(const Family& family, const Scene& scene) {
     const double left = excess(a), right = excess(b);
     if (a.arc != b.arc || !(left * right <= 0.0)) continue;
     const Place p = settle(family, excess, a, left, b, right);
-    found.push_back({p.tau, std::atan2(p.y * scene.x - p.x * scene.y, p.x * scene.x + p.y * scene.y), scene.speed / p.v * p.t, p.arc});
+    found.push_back(
+        {p.tau, std::atan2(p.y * scene.x - p.x * scene.y, p.x * scene.x + p.y * scene.y), scene.speed / p.v * p.t, p.arc});
   }
   return found;
 }
@@ -219,8 +221,8 @@ RoughExtremal rough_extremal(const Family& family, const Arrival& arrival) {
           Eigen::Map<const Eigen::VectorXd>(unknowns.data(), static_cast<Eigen::Index>(unknowns.size())), arrival.time};
 }
 
-/// The search over θ₂. The points at the wanted distance, v₀ wanted there, form a continuous front as θ₂ varies, also where the
-/// structure changes; it ends where v_f → 0.
+/// The search over θ₂. The points at the wanted distance, v₀ wanted there, form a continuous front as θ₂ varies, also where
+/// the structure changes; it ends where v_f → 0.
 class Search {
  public:
   explicit Search(const Scene& scene) : scene_(scene), push_(push_of(scene)) {}
@@ -284,8 +286,8 @@ class Search {
     }
   }
 
-  /// The front between two members; more closely where a point of one has no counterpart in the other, since the front ends or
-  /// turns back between.
+  /// The front between two members; more closely where a point of one has no counterpart in the other, since the front ends
+  /// or turns back between.
   void compare(const Member& left, const Member& right, int depth) {
     std::vector<std::pair<const Arrival*, const Arrival*>> pairs;
     for (const Arrival& a : left.arrivals) {
@@ -308,7 +310,8 @@ class Search {
     }
   }
 
-  /// Where the front turns back between a member and another: two points of it at both sides of the wanted one, close to each other.
+  /// Where the front turns back between a member and another: two points of it at both sides of the wanted one, close to
+  /// each other.
   void turning(const Member& member, const Member& other) {
     const Arrival* last = nullptr;
     for (const Arrival& a : member.arrivals) {

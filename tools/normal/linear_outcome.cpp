@@ -43,8 +43,8 @@ tools::Outcome linear_outcome(const Scene& scene) {
   // What v_f and the place across the field lose to cancellation.
   double lost = (start_square + std::abs(gained)) / (end_speed * end_speed);
   if (const auto found = tilted_cycloid(scene.x, scene.y, scene.speed, pull.x, pull.y)) {
-    motion = {"cycloid", found->cycloid.final_time, end_speed, found->theta1(), found->theta2(),
-              [arc = *found](double t) { return arc.at(t); }};
+    motion = {"cycloid",       found->cycloid.final_time, end_speed,
+              found->theta1(), found->theta2(),           [arc = *found](double t) { return arc.at(t); }};
     lost += std::hypot(scene.x, scene.y) / std::abs(across);
   } else if (across != 0.0) {
     outcome.message = fmt::format("v_f = {:.3g} m/s is too small for double precision; try a lower y", end_speed);
@@ -57,14 +57,19 @@ tools::Outcome linear_outcome(const Scene& scene) {
   };
   tools::ClosedForm form{motion.name,
                          {quantity("final_time", "s", motion.final_time, motion.final_time),
-                          quantity("lambda_x", "s/m", lambda_x, lambda),
-                          quantity("lambda_y", "s/m", lambda_y, lambda),
-                          quantity("lambda_v0", "s^2/m", lambda_v, lambda_v),
-                          quantity("theta1", "rad", motion.theta1, 1.0),
+                          quantity("lambda_x", "s/m", lambda_x, lambda), quantity("lambda_y", "s/m", lambda_y, lambda),
+                          quantity("lambda_v0", "s^2/m", lambda_v, lambda_v), quantity("theta1", "rad", motion.theta1, 1.0),
                           quantity("theta2", "rad", motion.theta2, 1.0),
                           quantity("v_f", "m/s", motion.end_speed, motion.end_speed)},
-                         {{{"t", "s"}, {"x", "m"}, {"y", "m"}, {"v", "m/s"}, {"theta", "rad"}, {"lambda_x", "s/m"},
-                           {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"N", "m/s^2"}},
+                         {{{"t", "s"},
+                           {"x", "m"},
+                           {"y", "m"},
+                           {"v", "m/s"},
+                           {"theta", "rad"},
+                           {"lambda_x", "s/m"},
+                           {"lambda_y", "s/m"},
+                           {"lambda_v", "s^2/m"},
+                           {"N", "m/s^2"}},
                           {}}};
   constexpr int cells = 200;
   for (int i = 0; i <= cells; ++i) {

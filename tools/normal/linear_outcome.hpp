@@ -8,8 +8,8 @@
 
 namespace costate::normal_friction {
 
-/// The fastest motion of a scene with β = 0 and v₀² > 2 g (y + μ x): a cycloid in a frame tilted to gravity and friction, or straight
-/// along both. Quantities as the reports of make_problem.
+/// The fastest motion of a scene with β = 0 and v₀² > 2 g (y + μ x): a cycloid in a frame tilted to gravity and friction, or
+/// straight along both. Quantities as the reports of make_problem.
 [[nodiscard]] tools::Outcome linear_outcome(const Scene& scene);
 
 }  // namespace costate::normal_friction

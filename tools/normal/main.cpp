@@ -7,14 +7,18 @@ using namespace costate;
 namespace {
 
 constexpr const char* description =
-    "Bead with friction that depends on the normal force (Negron-Marrero, Santiago-Figueroa 2005, section 2.1), in minimum time.\n"
+    "Bead with friction that depends on the normal force (Negron-Marrero, Santiago-Figueroa 2005, section 2.1), in minimum "
+    "time.\n"
     "Without flags: a case of the paper's Table 1, x = 3 m, y = -9 m, v0 = 35 m/s, mu = 5, beta = -0.02.";
 
 constexpr const char* conventions =
     "y up, theta the slope of the path and the control, N = g cos(theta), K(N) = -mu N + beta N^3:\n"
-    "H = -1 + lambda_x v cos(theta) + lambda_y v sin(theta) + lambda_v (K - g sin(theta)) = 0 is maximised. The bead starts at\n"
-    "x = y = 0 with v = v0 and ends at any speed, lambda_v(t_f) = 0. Costates are dT/d(end point) = (lambda_x, lambda_y) and\n"
-    "-dT/dv0 = lambda_v0. With beta = 0 the solution is a cycloid in closed form. Hard friction, beta < 0, can give the path corners.\n"
+    "H = -1 + lambda_x v cos(theta) + lambda_y v sin(theta) + lambda_v (K - g sin(theta)) = 0 is maximised. The bead starts "
+    "at\n"
+    "x = y = 0 with v = v0 and ends at any speed, lambda_v(t_f) = 0. Costates are dT/d(end point) = (lambda_x, lambda_y) "
+    "and\n"
+    "-dT/dv0 = lambda_v0. With beta = 0 the solution is a cycloid in closed form. Hard friction, beta < 0, can give the "
+    "path corners.\n"
     "N_min < 0 in the result: the path overhangs, and friction is a thrust there, as the paper's problem admits.\n"
     "The paper's multipliers: c2 = -lambda_x, c3 = lambda_y, lambda = lambda_v / v.\n"
     "Exit status: 0 solved, 2 bad input, 3 the scene has no solution, 4 not solved.";

@@ -26,12 +26,15 @@ class Search {
     follow_tangent_friction();
     std::vector<RoughExtremal> tried;
     for (const RoughExtremal& rough : find_extremals(scene_)) {
-      if (known(rough) || std::any_of(tried.begin(), tried.end(), [&](const auto& other) { return alike(other, rough); })) continue;
+      if (known(rough) || std::any_of(tried.begin(), tried.end(), [&](const auto& other) { return alike(other, rough); }))
+        continue;
       tried.push_back(rough);
       Shooting shooting(make_problem(scene_, rough.structure));
-      finish(shooting, rough.unknowns, fmt::format("an extremal of {:.4g} s with {} corners", rough.time, rough.structure.size() - 1));
+      finish(shooting, rough.unknowns,
+             fmt::format("an extremal of {:.4g} s with {} corners", rough.time, rough.structure.size() - 1));
     }
-    std::sort(found_.begin(), found_.end(), [](const Solution& a, const Solution& b) { return a.final_time() < b.final_time(); });
+    std::sort(found_.begin(), found_.end(),
+              [](const Solution& a, const Solution& b) { return a.final_time() < b.final_time(); });
     return std::move(found_);
   }
 
@@ -45,8 +48,8 @@ class Search {
     if (!start) return;  // too little energy for the chord
     Shooting shooting(make_problem(scene_, {{.turn = start->mirrored ? Side::right : Side::left}}));
     shooting.set_parameters(parameters(scene_, 0.0));
-    const Followed path = follow(shooting, Eigen::Vector2d(start->theta2(), std::log(std::abs(start->turn()))), parameters(scene_),
-                                 {.max_points = 100, .max_integration_steps = 15000});
+    const Followed path = follow(shooting, Eigen::Vector2d(start->theta2(), std::log(std::abs(start->turn()))),
+                                 parameters(scene_), {.max_points = 100, .max_integration_steps = 15000});
     cost_->newton_iterations += path.newton_iterations;
     if (path.reached) {
       finish(shooting, path.y, "the extremal without corners");
@@ -91,10 +94,11 @@ void solve_nonlinear(const Scene& scene, const SolveOptions& options, Outcome& o
   std::vector<Solution> found = search.run();
   if (found.empty()) {
     outcome.status = Outcome::Status::failed;
-    outcome.message = search.failures().empty()
-                          ? "no extremal leads to the end point: near y_max hard friction makes the bead gain by chattering between N < 0 "
-                            "and N > 0; try a lower y or a higher speed"
-                          : search.failures();
+    outcome.message =
+        search.failures().empty()
+            ? "no extremal leads to the end point: near y_max hard friction makes the bead gain by chattering between N < 0 "
+              "and N > 0; try a lower y or a higher speed"
+            : search.failures();
     return;
   }
   outcome.status = Outcome::Status::solved;
@@ -131,9 +135,10 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   const double y_max = scene.speed * scene.speed / (2.0 * scene.gravity) - loss * scene.x;
   if (!(scene.speed * scene.speed - 2.0 * scene.gravity * (scene.y + loss * scene.x) > 0.0)) {
     outcome.status = Outcome::Status::infeasible;
-    outcome.message = fmt::format("y = {:g} m is out of reach: with speed = {:g} m/s, mu = {:g}, beta = {:g} s^4/m^2 and N >= 0 the bead "
-                                  "cannot rise to y_max = {:.12g} m at x = {:g} m",
-                                  scene.y, scene.speed, scene.mu, scene.beta, y_max, scene.x);
+    outcome.message = fmt::format(
+        "y = {:g} m is out of reach: with speed = {:g} m/s, mu = {:g}, beta = {:g} s^4/m^2 and N >= 0 the bead "
+        "cannot rise to y_max = {:.12g} m at x = {:g} m",
+        scene.y, scene.speed, scene.mu, scene.beta, y_max, scene.x);
   } else if (scene.beta == 0.0) {
     outcome = linear_outcome(scene);
   } else {

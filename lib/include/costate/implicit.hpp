@@ -52,21 +52,22 @@ double guarded_root(const F& f, const std::array<double, n>& c, double lower, do
     const bool trusted = newton > lower && newton < upper && std::abs(newton - u) < 0.5 * std::abs(step);
     const double next = trusted ? newton : middle;
     step = next - u;
-    if (std::abs(step) <= std::numeric_limits<double>::epsilon() * std::abs(next) || next == lower || next == upper) return next;
+    if (std::abs(step) <= std::numeric_limits<double>::epsilon() * std::abs(next) || next == lower || next == upper)
+      return next;
     u = next;
   }
 }
 
-/// The same on a generic scalar: the root of the undifferentiated equation by guarded_root, then its derivatives. In
-/// u ← u − F(u; c)/F_u, with F_u a plain number taken at the root, each step makes one more order of derivatives exact (the
-/// implicit function theorem): as many steps as the scalar nests. A root with F_u = 0 has no derivative: the result is not finite.
+/// The same on a generic scalar: the root of the undifferentiated equation by guarded_root, then its derivatives. In u ← u −
+/// F(u; c)/F_u, with F_u a plain number taken at the root, each step makes one more order of derivatives exact (the implicit
+/// function theorem): as many steps as the scalar nests. A root with F_u = 0 has no derivative: the result is not finite.
 template <class S, std::size_t n, class F>
 S implicit_root(const F& f, const std::array<S, n>& c, double lower, double upper) {
   using D = Dual<double, 1>;
   const std::array<double, n> numbers = primal(c);
   const double root = guarded_root(f, numbers, lower, upper);
   S u(root);
-  if constexpr (nesting<S> > 0) {
+  if constexpr (nesting < S >> 0) {
     const double slope = f(D::variable(root, 0), lift<D>(numbers)).gradient[0];
     for (int order = 0; order < nesting<S>; ++order) u = u - f(u, c) / slope;
   }

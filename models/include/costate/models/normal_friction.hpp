@@ -1,7 +1,7 @@
 /// \file
-/// A bead slowed by friction that depends on the normal force, the path's curvature left out of that force, to be brought from one
-/// point to another in minimum time by the choice of the path (Negrón-Marrero & Santiago-Figueroa, The brachistochrone problem with
-/// frictional forces, 2005, §2.1, here [N]).
+/// A bead slowed by friction that depends on the normal force, the path's curvature left out of that force, to be brought
+/// from one point to another in minimum time by the choice of the path (Negrón-Marrero & Santiago-Figueroa, The nonlinear
+/// brachistochrone problem with friction, University of Puerto Rico at Humacao, 2005, §2.1, here [N]).
 ///
 /// y up, θ the inclination of the path and the control, N = g cos θ:
 ///
@@ -10,13 +10,14 @@
 /// Start (0, 0) at the speed v₀; end (a, b) at any speed, λv(t_f) = 0. Friction is hard for β < 0, soft for β > 0. Where the
 /// path overhangs, cos θ < 0, N is negative and K a thrust: the problem of [N] admits it.
 ///
-/// With ℓ = |(λx, λy)| = 1/v_f and θ₂ = θ(t_f), (λx, λy) = ℓ (cos θ₂, sin θ₂), H = 0 and H_θ = 0 give, without a division that can
-/// vanish along an extremal, in terms of d(θ) = −f_θ and τ = θ₂ − θ,
+/// With ℓ = |(λx, λy)| = 1/v_f and θ₂ = θ(t_f), (λx, λy) = ℓ (cos θ₂, sin θ₂), H = 0 and H_θ = 0 give, without a division
+/// that can vanish along an extremal, in terms of d(θ) = −f_θ and τ = θ₂ − θ,
 ///
 ///     q = d cos τ + f sin τ,  v = v_f d/q,  λv = sin τ/q,  Γ = d_θ sin τ + d cos τ,  θ' = q²/(v_f Γ),  −H_θθ = Γ/q > 0:
 ///
-/// an extremal turns monotonically, and t, x and y are quadratures over θ. Friction linear in N does the work −μ g dx: gravity,
-/// tilted. Then d, f and with them the motion are those of a cycloid (TiltedCycloid), q is constant, and nothing is integrated.
+/// an extremal turns monotonically, and t, x and y are quadratures over θ. Friction linear in N does the work −μ g dx:
+/// gravity, tilted. Then d, f and with them the motion are those of a cycloid (TiltedCycloid), q is constant, and nothing is
+/// integrated.
 #pragma once
 
 #include <costate/implicit.hpp>
@@ -50,8 +51,9 @@ struct Bead {
   }
 };
 
-/// The slope that maximises H over the whole circle, where H + 1 = α cos θ + σ sin θ + κ cos³θ with α = v λx − λv μ g,
-/// σ = v λy − λv g, κ = λv β g³ has at most three maxima: each is bracketed by a change of sign of H_θ on a grid and refined, the highest taken.
+/// The slope that maximises H over the whole circle, where H + 1 = α cos θ + σ sin θ + κ cos³θ with α = v λx − λv μ g, σ = v
+/// λy − λv g, κ = λv β g³ has at most three maxima: each is bracketed by a change of sign of H_θ on a grid and refined, the
+/// highest taken.
 struct BestSlope {
   template <class S>
   Vec<S, 1> control(const Vec<S, 3>& q, const Vec<S, 3>& costate, const Vec<S, 3>& p) const {
@@ -91,8 +93,8 @@ struct Push {
   S x{}, y{}, cubic{};
 };
 
-/// What an extremal is at the slope θ, given θ₂ and τ = θ₂ − θ; names as at the top. In q and Γ the linear part of f is constant,
-/// l = x sin θ₂ − y cos θ₂; it is taken out, since both may be far smaller than the terms they are defined by:
+/// What an extremal is at the slope θ, given θ₂ and τ = θ₂ − θ; names as at the top. In q and Γ the linear part of f is
+/// constant, l = x sin θ₂ − y cos θ₂; it is taken out, since both may be far smaller than the terms they are defined by:
 ///
 ///     q = l + cubic (3 cos²θ₂ sin θ₂ − sin τ (cos(2θ₂ + θ) + cos τ cos(θ₂ + 2θ))),
 ///     Γ = l + 3 cubic cos θ ((cos²θ − 2 sin²θ) sin τ + cos θ sin θ cos τ).
@@ -123,8 +125,8 @@ struct SlopePoint {
 };
 
 /// An arc as it is integrated, over σ ∈ [0, 1], τ = τ₁ + Δ (1 − σ): no state, w = (t, x, y, ∫ cos³θ ds, σ), where σ tells an
-/// observer the place; p = (θ₂, τ₁, Δ, v_f, push x, push y, push cubic). The turn Δ is positive where the path curves to the left; τ₁ is left
-/// to turn at the arc's end.
+/// observer the place; p = (θ₂, τ₁, Δ, v_f, push x, push y, push cubic). The turn Δ is positive where the path curves to the
+/// left; τ₁ is left to turn at the arc's end.
 struct SlopeArc {
   static constexpr int states = 0, parameters = 7, quadratures = 5;
   template <class S>
@@ -152,16 +154,18 @@ struct ArcShape {
 using Structure = std::vector<ArcShape>;
 
 /// The shooting problem of a scene for a given structure: one arc, or several with corners between. Unknowns: theta2,
-/// log_turn = ln |Δ| of the last arc, then for each corner from the last to the first log_jump and log_turn of the arc before it.
-/// Rows: the end across the linear part (px, py) of f, in units of the chord; the energy v_f² − v₀² = 2 (px a + py b + cubic
-/// ∫ cos³θ ds), which stands for the end along it and knows v_f to all digits where it is small; at each corner v and λv continuous, divided by the jump, with
-/// which they vanish. Reports: final_time, lambda_x, lambda_y, lambda_v0, theta1, theta2, v_f; t1, t2, … of the corners.
+/// log_turn = ln |Δ| of the last arc, then for each corner from the last to the first log_jump and log_turn of the arc
+/// before it. Rows: the end across the linear part (px, py) of f, in units of the chord; the energy v_f² − v₀² = 2 (px a +
+/// py b + cubic ∫ cos³θ ds), which stands for the end along it and knows v_f to all digits where it is small; at each corner
+/// the ratios of v and of λv across it less 1, divided by the jump, with which they vanish. Reports: final_time, lambda_x,
+/// lambda_y, lambda_v0, theta1, theta2, v_f; t1, t2, … of the corners.
 ///
-/// Friction that is not linear can make H have two maxima. Where an arc in one piece would pass a stretch with Γ/q < 0, the law
-/// jumps from one maximum to the other when they are equal: a corner of the path, with λ, v and H continuous (Weierstrass–Erdmann).
+/// Friction that is not linear can make H have two maxima. Where an arc in one piece would pass a stretch with Γ/q < 0, the
+/// law jumps from one maximum to the other when they are equal: a corner of the path, with λ, v and H continuous
+/// (Weierstrass–Erdmann).
 ///
-/// The parameter `nonlinearity` (1 in the scene) draws a straight path from a problem in closed form: at 0, f(θ) is replaced by the
-/// x cos θ + y sin θ that agrees with it, in value and slope, at the inclination of the chord.
+/// The parameter `nonlinearity` (1 in the scene) draws a straight path from a problem in closed form: at 0, f(θ) is replaced
+/// by the x cos θ + y sin θ that agrees with it, in value and slope, at the inclination of the chord.
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure = {{}});
 
 /// Parameter values of a scene, as the problem orders them.

@@ -29,9 +29,9 @@ struct TiltedCycloid {
   [[nodiscard]] double slope(double theta) const;
 };
 
-/// The fastest motion from (0, 0), left at the speed v₀ ≥ 0, to (x, y) ≠ (0, 0) under the constant acceleration (pull_x, pull_y)
-/// ≠ 0; nothing if the bead has not the energy to arrive at a positive speed, v₀² + 2 (pull_x x + pull_y y) ≤ 0, or if the
-/// end lies along the field exactly, where the motion is straight.
+/// The fastest motion from (0, 0), left at the speed v₀ ≥ 0, to (x, y) ≠ (0, 0) under the constant acceleration (pull_x,
+/// pull_y) ≠ 0; nothing if the bead has not the energy to arrive at a positive speed, v₀² + 2 (pull_x x + pull_y y) ≤ 0, or
+/// if the end lies along the field exactly, where the motion is straight.
 [[nodiscard]] std::optional<TiltedCycloid> tilted_cycloid(double x, double y, double speed, double pull_x, double pull_y);
 
 }  // namespace costate
