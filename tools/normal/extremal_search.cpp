@@ -80,7 +80,7 @@ class Family {
 
   /// How far an arc can be followed back at most.
   [[nodiscard]] double reach(const Arc& arc) const {
-    constexpr double step = 0.02, most = 2.0 * std::numbers::pi;
+    constexpr double step = 0.01, most = 2.0 * std::numbers::pi;
     double low = 0.0, high = step;
     while (high < most && is_motion(arc.from + arc.turn * high)) {
       low = high;
@@ -107,18 +107,39 @@ class Family {
         const auto corner = refine(next.tau, rival);
         // At the very start of an arc the rival is the slope that it has just been left for.
         if (!corner || (corner->first - places_.back().tau) * arc.turn <= 0.0) continue;
-        advance(corner->first);
-        arc.length = std::abs(corner->first - arc.from);
-        arc.jump = corner->second - corner->first;
-        Place across = places_.back();
-        across.tau = corner->second;
-        ++across.arc;
-        places_.push_back(across);
-        return corner->second;
+        return take(*corner, arc);
       }
       advance(next.tau);
     }
-    return std::nullopt;
+    const auto corner = across_cusps(arc, arc.from + arc.turn * length);
+    return corner ? take(*corner, arc) : std::nullopt;
+  }
+
+  using Corner = std::pair<double, double>;  ///< τ after the corner and before it
+
+  /// Ends the arc at a corner. Returns where the arc before it ends; nothing if the corner is not on the arc.
+  std::optional<double> take(const Corner& corner, Arc& arc) {
+    if ((corner.first - arc.from) * arc.turn <= 0.0) return std::nullopt;
+    while ((places_.back().tau - corner.first) * arc.turn > 0.0) places_.pop_back();
+    advance(corner.first);
+    arc.length = std::abs(corner.first - arc.from);
+    arc.jump = corner.second - corner.first;
+    Place across = places_.back();
+    across.tau = corner.second;
+    ++across.arc;
+    places_.push_back(across);
+    return corner.second;
+  }
+
+  /// The corner over a narrow stretch with Γ/q < 0 that begins at τ, whose two maxima of H are too close to be told apart on
+  /// a grid. There Γ is nearly a parabola, and equal areas make the jump √3 times as wide as the stretch.
+  [[nodiscard]] std::optional<Corner> across_cusps(const Arc& arc, double tau) const {
+    constexpr double step = 1e-3, widest = 0.3;
+    double width = step;
+    if (const Place next = at(tau + arc.turn * step); !(next.curving < 0.0 && next.v > 0.0)) return std::nullopt;
+    while (width < widest && at(tau + arc.turn * width).curving < 0.0) width += step;
+    const double middle = tau + 0.5 * arc.turn * width, half = 0.5 * std::numbers::sqrt3 * arc.turn * width;
+    return refine(middle - half, middle + half);
   }
 
   /// τ of the slope that maximises H at a place, within π of the place's own.
@@ -131,7 +152,7 @@ class Family {
   }
 
   /// The two slopes with the same v and λv, by Newton's method on both.
-  [[nodiscard]] std::optional<std::pair<double, double>> refine(double own, double rival) const {
+  [[nodiscard]] std::optional<Corner> refine(double own, double rival) const {
     using D = Dual<double, 2>;
     const double jump = rival - own;
     for (int i = 0; i < 50; ++i) {
@@ -143,7 +164,7 @@ class Family {
       own -= own_step;
       rival -= rival_step;
       if (!((rival - own) / jump > 0.1)) return std::nullopt;
-      if (std::abs(own_step) + std::abs(rival_step) < 1e-12) return std::pair(own, rival);
+      if (std::abs(own_step) + std::abs(rival_step) < 1e-12) return Corner(own, rival);
     }
     return std::nullopt;
   }
