@@ -19,15 +19,21 @@ using tools::Outcome;
 /// Work on one scene with β ≠ 0, and what it has cost.
 class Search {
  public:
-  Search(const Scene& scene, const SolveOptions& options, Cost& cost) : scene_(scene), options_(options), cost_(&cost) {}
+  Search(const Scene& scene, const SolveOptions& options, Cost& cost) : scene_(scene), options_(options), cost_(&cost) {
+    // An arc is a quadrature: one that needs more steps is not worth a Newton iteration.
+    options_.max_steps = std::min(options_.max_steps, 4000L);
+  }
 
   /// Every extremal that could be solved, the fastest first.
   std::vector<Solution> run() {
     follow_tangent_friction();
     std::vector<RoughExtremal> tried;
+    constexpr long most_steps = 200000;  // a solve takes some thousand
     for (const RoughExtremal& rough : find_extremals(scene_)) {
-      if (known(rough) || std::any_of(tried.begin(), tried.end(), [&](const auto& other) { return alike(other, rough); }))
+      if (cost_->steps > most_steps) break;
+      if (known(rough) || std::any_of(tried.begin(), tried.end(), [&](const auto& other) { return alike(other, rough); })) {
         continue;
+      }
       tried.push_back(rough);
       Shooting shooting(make_problem(scene_, rough.structure));
       finish(shooting, rough.unknowns,
@@ -46,10 +52,11 @@ class Search {
     const Push<double> push = push_of(scene_, 0.0);
     const std::optional<TiltedCycloid> start = tilted_cycloid(scene_.x, scene_.y, scene_.speed, push.x, push.y);
     if (!start) return;  // too little energy for the chord
+    if (start->turn() == 0.0) return explain("the path turns by less than double precision holds");
     Shooting shooting(make_problem(scene_, {{.turn = start->mirrored ? Side::right : Side::left}}));
     shooting.set_parameters(parameters(scene_, 0.0));
-    const Followed path = follow(shooting, Eigen::Vector2d(start->theta2(), std::log(std::abs(start->turn()))),
-                                 parameters(scene_), {.max_points = 100, .max_integration_steps = 15000});
+    const Eigen::Vector2d y(std::remainder(start->theta2(), 2.0 * std::numbers::pi), std::log(std::abs(start->turn())));
+    const Followed path = follow(shooting, y, parameters(scene_), {.max_points = 100, .max_integration_steps = 15000});
     cost_->newton_iterations += path.newton_iterations;
     if (path.reached) {
       finish(shooting, path.y, "the extremal without corners");
