@@ -167,17 +167,18 @@ class CoulombProblem final : public Problem {
   [[nodiscard]] static Observed observed(const ArcPoint& point, const std::vector<double>& p) {
     const std::vector<double>& c = point.record->constants;
     const double mu = p[friction_place], g = p[gravity_place], r = c[r_constant], rest = c[rest_constant];
-    // φ_F may be close to π, where angles lose their digits: each sine is taken of the smaller of angle and supplement.
+    // φ_F may be close to π, where angles lose their digits: there each sine is taken of the smaller of angle and supplement.
     const double turn = point.record->parameter[0], gone = turn * point.own, left = turn * (1.0 - point.own);
-    const bool early = point.own < 0.5;
-    const double sine = early ? std::sin(gone) : std::sin(rest + left);
-    const double cosine = early ? std::cos(gone) : -std::cos(rest + left);
-    const double ahead = early ? std::sin(rest + gone) : std::sin(left);
+    const bool wide = turn > 0.5 * std::numbers::pi, early = point.own < 0.5;
+    const double sine = wide && !early ? std::sin(rest + left) : std::sin(gone);
+    const double cosine = wide && !early ? -std::cos(rest + left) : std::cos(gone);
+    const double ahead = wide && early ? std::sin(rest + gone) : std::sin(left);
+    const double end_sine = wide ? std::sin(rest) : std::sin(turn);
     const double down = mu * sine + r * cosine;
     const double h = std::hypot(sine, down);
     return {.v = c[A_constant] * h * sine / (r * r),
             .alpha = std::atan2(down, sine),
-            .lambda_v = h * ahead / (g * r * std::sin(rest)),
+            .lambda_v = h * ahead / (g * r * end_sine),
             .normal = g * sine / h * (1.0 + r * r / (2.0 * h * h - r * r))};
   }
 

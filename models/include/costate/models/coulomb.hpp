@@ -31,12 +31,12 @@
 
 namespace costate::coulomb {
 
-/// A scene, in SI units: from rest at (0, 0) to (L, H), y down.
+/// A scene, in SI units: from rest at (0, 0) to (L, H), y down. The defaults are a case of [K].
 struct Scene {
-  double drop = 1.0;        ///< H, m
-  double span = 1.0;        ///< L > 0, m
-  double gravity = 9.80665; ///< g, m/s²
-  double friction = 0.3;    ///< coefficient μ ≥ 0
+  double drop = 5.0;      ///< H, m
+  double span = 4.0;      ///< L > 0, m
+  double gravity = 9.81;  ///< g, m/s²
+  double friction = 0.3;  ///< coefficient μ ≥ 0
 };
 
 /// The coefficient from which on the scene has no solution: along any wire the bead arrives with v²/2 ≤ g (H − μL).
