@@ -230,7 +230,7 @@ Descent descend_kurilin(const Scene& scene) {
     result.end = Descent::End::arrives;
     result.final_time = best->final_time;
     result.end_speed = best->end_speed;
-    result.time_bound = best->relative_bound * best->final_time;
+    result.time_bound = best->time_bound * best->final_time;
     result.speed_bound = best->relative_bound * best->end_speed;
     result.angle_bound = best->angle_bound;
     result.alpha0 = best->alpha0;

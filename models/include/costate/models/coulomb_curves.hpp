@@ -61,7 +61,8 @@ struct Kurilin {
   double alpha0, alphaF;  ///< rad
   double C;               ///< m
   double final_time, end_speed;
-  double angle_bound, relative_bound;  ///< of the errors of the slopes, and of C, time and speed relative to their values
+  double angle_bound;                ///< of the errors of the slopes, rad
+  double time_bound, relative_bound;  ///< of the relative errors of the time, in which b₀ is stationary, and of C and the speed
 };
 
 /// The fastest curve of that family; none if μ ≥ H/L. \throws BadInput as descend.
