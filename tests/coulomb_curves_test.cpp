@@ -157,21 +157,23 @@ TEST(CoulombCurves, MotionIsNewtons) {
 
 // Where the bead stops, the work of friction has eaten the fall: g(y − μx) = μ∫v² db with v = 0.
 TEST(CoulombCurves, PlaceWhereTheBeadStops) {
-  const Scene scene{1.0, 1.0, 9.81, 0.7};
-  const Descent stopped = descend(Curve::circle, scene);
-  ASSERT_EQ(stopped.end, Descent::End::stops);
-  // In time along the quarter circle of radius 1, until the speed is gone.
-  const auto newton = [&](double, const std::array<double, 2>& q) {
-    return std::array<double, 2>{9.81 * (std::cos(q[1]) - 0.7 * std::sin(q[1])) - 0.7 * q[0] * q[0], q[0]};
-  };
-  double low = 0.0, high = 2.0;
-  while (high - low > 1e-12) {
-    const double middle = 0.5 * (low + high);
-    (runge_kutta<2>(newton, 0.0, middle, {0.0, 0.0}, 1e-13)[0] > 0.0 ? low : high) = middle;
+  for (const double mu : {0.7, 3.0, 100.0}) {
+    const Descent stopped = descend(Curve::circle, {1.0, 1.0, 9.81, mu});
+    ASSERT_EQ(stopped.end, Descent::End::stops);
+    // In time along the quarter circle of radius 1, until the speed is gone.
+    const auto newton = [&](double, const std::array<double, 2>& q) {
+      return std::array<double, 2>{9.81 * (std::cos(q[1]) - mu * std::sin(q[1])) - mu * q[0] * q[0], q[0]};
+    };
+    double low = 0.0, high = 2.0;
+    while (high - low > 1e-12) {
+      const double middle = 0.5 * (low + high);
+      (runge_kutta<2>(newton, 0.0, middle, {0.0, 0.0}, 1e-13)[0] > 0.0 ? low : high) = middle;
+    }
+    const double b = runge_kutta<2>(newton, 0.0, low, {0.0, 0.0}, 1e-13)[1];
+    EXPECT_NEAR(stopped.stop_x, 1.0 - std::cos(b), 1e-10) << mu;
+    EXPECT_NEAR(stopped.stop_y, std::sin(b), 1e-10) << mu;
   }
-  const double b = runge_kutta<2>(newton, 0.0, low, {0.0, 0.0}, 1e-13)[1];
-  EXPECT_NEAR(stopped.stop_x, 1.0 - std::cos(b), 1e-10);
-  EXPECT_NEAR(stopped.stop_y, std::sin(b), 1e-10);
+  const Scene scene{1.0, 1.0, 9.81, 0.7};
   EXPECT_THROW((void)descent_points(Curve::circle, scene), BadInput);
   // On a wire too flat for it the bead does not start.
   const Descent still = descend(Curve::parabola, {1.0, 1.0, 9.81, 1.7});

@@ -104,9 +104,9 @@ class Slide {
   /// Where the bead stops.
   [[nodiscard]] double stop() const {
     if (!moves()) return 0.0;
-    const auto at = [&](double q) { return square(q, 1.0 - q); };
+    const auto at = [&](double q) { return square_between(0.0, q); };  // beyond the stop it may be huge: nothing from there
     double moving = 0.5;
-    while (at(moving) <= 0.0) moving *= 0.5;
+    while (!(at(moving) > 0.0)) moving *= 0.5;  // far on, e^{2μb} of a large μ overflows
     return bracketed_root(at, moving, 1.0);
   }
 

@@ -2,6 +2,7 @@
 
 #include "common/command_line.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 namespace costate::coulomb {
@@ -43,8 +44,8 @@ int deliver_comparison(const tools::Heading& heading, const std::vector<Compared
         continue;
       }
       const double time = row.outcome["final_time"].value;
-      fmt::print("  {:<10}  {:>22.15g}  {:>13.6f}  {:>16.9g}\n", row.name, time, 100.0 * (time / least - 1.0),
-                 row.outcome["end_speed"].value);
+      const double slower = std::max(0.0, 100.0 * (time / least - 1.0));  // equal times differ by their errors
+      fmt::print("  {:<10}  {:>22.15g}  {:>13.6f}  {:>16.9g}\n", row.name, time, slower, row.outcome["end_speed"].value);
     }
   }
   return tools::exit_status(optimum.status);

@@ -100,7 +100,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   return outcome;
 }
 
-Outcome solve_curve(Curve curve, const Scene& scene, double epsilon) {
+Outcome solve_curve(Curve curve, const Scene& scene, double epsilon, bool with_trajectory) {
   const double began = thread_seconds();
   if (!(scene.drop > 0.0)) return out_of_reach(scene);
   Outcome outcome;
@@ -121,8 +121,10 @@ Outcome solve_curve(Curve curve, const Scene& scene, double epsilon) {
       const Kurilin best = kurilin(scene).value();
       form.quantities.push_back({"C", "m", best.C, best.relative_bound * best.C});
     }
-    for (const DescentPoint& p : descent_points(curve, scene, epsilon)) {
-      form.trajectory.rows.push_back({p.t, p.x, p.y, p.v, p.alpha});
+    if (with_trajectory) {
+      for (const DescentPoint& p : descent_points(curve, scene, epsilon)) {
+        form.trajectory.rows.push_back({p.t, p.x, p.y, p.v, p.alpha});
+      }
     }
     outcome.closed_form = std::move(form);
     outcome.status = Outcome::Status::solved;

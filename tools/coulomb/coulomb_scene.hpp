@@ -15,8 +15,9 @@ namespace costate::coulomb {
 [[nodiscard]] tools::Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
 /// The descent along a given curve. Infeasible, with the limit "mu_finish", if the bead stops before the end (the message says where)
-/// or the family has no curve through both points. Quantities: final_time, alpha0, alphaF, end_speed and, for kurilin, C.
-[[nodiscard]] tools::Outcome solve_curve(Curve curve, const Scene& scene, double epsilon);
+/// or the family has no curve through both points. Quantities: final_time, alpha0, alphaF, end_speed and, for kurilin, C. The rows of
+/// the trajectory cost a hundred times the rest, and are left out unless asked for.
+[[nodiscard]] tools::Outcome solve_curve(Curve curve, const Scene& scene, double epsilon, bool with_trajectory = false);
 
 /// What became of the bead on one of several wires.
 struct Compared {

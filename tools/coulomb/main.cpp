@@ -68,6 +68,10 @@ int main(int argc, char** argv) {
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-coulomb", [&] {
     const SolveOptions options{.accuracy = line.accuracy};
+    constexpr double least_drop = 1e-9;
+    if (scene.drop > 0.0 && scene.drop < least_drop) {
+      throw BadInput(fmt::format("--drop {:g} is not admissible: -1e+06 … 1e+06 m, but not between 0 and {:g} m", scene.drop, least_drop));
+    }
     if (compare && (!line.csv.empty() || curve != "optimal")) {
       throw BadInput(fmt::format("--compare and {} exclude each other", line.csv.empty() ? "--curve" : "--csv"));
     }
@@ -76,7 +80,8 @@ int main(int argc, char** argv) {
       return coulomb::deliver_comparison(heading, coulomb::compare(scene, epsilon, options), line.json, line.quiet);
     }
     const std::optional<coulomb::Curve> wire = curve_of(curve);
-    const tools::Outcome outcome = wire ? coulomb::solve_curve(*wire, scene, epsilon) : coulomb::solve_scene(scene, options);
+    const tools::Outcome outcome =
+        wire ? coulomb::solve_curve(*wire, scene, epsilon, !line.csv.empty()) : coulomb::solve_scene(scene, options);
     return tools::deliver(heading, outcome, line.json, line.quiet, line.csv);
   });
 }
