@@ -59,19 +59,22 @@ TEST_F(CoulombTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
     const std::string line = fmt::format("{}\n{}", fmt::join(bad.arguments, " "), got.err);
     EXPECT_EQ(got.status, 2) << line;
     EXPECT_EQ(got.out, "") << line;
-    for (const std::string& part : bad.named) EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
+    for (const std::string& part : bad.named)
+      EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
     EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << "one line: " << line;
   }
 }
 
 TEST_F(CoulombTool, SceneBeyondTheLimitIsStatusThreeAndNamesIt) {
-  for (const Arguments& arguments : {Arguments{"--mu", "1.25"}, {"--mu", "7"}, {"--mu", "1e6"}, {"--mu", "2", "--compare"}}) {
+  for (const Arguments& arguments :
+       {Arguments{"--mu", "1.25"}, {"--mu", "7"}, {"--mu", "1e6"}, {"--mu", "2", "--compare"}}) {
     const Ended got = run(arguments);
     EXPECT_EQ(got.status, 3) << got.err;
     EXPECT_EQ(got.out, "");
     EXPECT_TRUE(contains(got.err, "mu_max = H/L = 1.25")) << got.err;
   }
-  for (const Arguments& arguments : {Arguments{"--drop", "-3"}, {"--drop", "0", "--mu", "0"}, {"--drop", "-3", "--curve", "circle"}}) {
+  for (const Arguments& arguments :
+       {Arguments{"--drop", "-3"}, {"--drop", "0", "--mu", "0"}, {"--drop", "-3", "--curve", "circle"}}) {
     const Ended got = run(arguments);
     EXPECT_EQ(got.status, 3) << got.err;
     EXPECT_TRUE(contains(got.err, "mu_max")) << got.err;
@@ -105,8 +108,8 @@ TEST_F(CoulombTool, BeadThatStopsIsStatusThreeAndSaysWhere) {
 
 TEST_F(CoulombTool, JsonHasTheReferenceValuesAndTheContract) {
   const json result = solved_json({"--mu", "1", "--accuracy", "1e-11"});
-  for (const char* key : {"schema", "model", "scene", "status", "structure", "final_time", "switching_times", "unknowns", "limits",
-                          "error_bound", "certificate", "cost", "message"}) {
+  for (const char* key : {"schema", "model", "scene", "status", "structure", "final_time", "switching_times", "unknowns",
+                          "limits", "error_bound", "certificate", "cost", "message"}) {
     EXPECT_TRUE(result.contains(key)) << key;
   }
   EXPECT_EQ(result.size(), 13U);
@@ -115,7 +118,8 @@ TEST_F(CoulombTool, JsonHasTheReferenceValuesAndTheContract) {
   for (const char* name : {"drop", "span", "gravity", "mu"}) EXPECT_TRUE(result["scene"][name].is_number()) << name;
   EXPECT_NEAR(result["final_time"].get<double>(), 2.1457917862219165, 1e-11);
   const json& unknowns = result["unknowns"];
-  EXPECT_NEAR(unknowns["lambda_x"].get<double>() * 4.0 + unknowns["lambda_y"].get<double>() * 5.0, 0.5 * 2.1457917862219165, 1e-10);
+  EXPECT_NEAR(unknowns["lambda_x"].get<double>() * 4.0 + unknowns["lambda_y"].get<double>() * 5.0, 0.5 * 2.1457917862219165,
+              1e-10);
   EXPECT_NEAR(unknowns["lambda_v0"].get<double>(), 1.0 / 9.81, 1e-15);
   EXPECT_NEAR(unknowns["alpha0"].get<double>(), std::numbers::pi / 2, 1e-15);
   EXPECT_NEAR(unknowns["alphaF"].get<double>(), 0.3118899575501721, 1e-11);
@@ -137,7 +141,8 @@ TEST_F(CoulombTool, WithoutFrictionNothingIsIntegrated) {
   EXPECT_TRUE(result["certificate"].is_null());
   EXPECT_NEAR(result["unknowns"]["alphaF"].get<double>(), 0.36479075483813395, 1e-14);
   // y down: its costate is minus that of the cycloid, and the identity of the times holds.
-  EXPECT_NEAR(result["unknowns"]["lambda_x"].get<double>() + result["unknowns"]["lambda_y"].get<double>(), 0.5 * 0.5828954631547426, 1e-14);
+  EXPECT_NEAR(result["unknowns"]["lambda_x"].get<double>() + result["unknowns"]["lambda_y"].get<double>(),
+              0.5 * 0.5828954631547426, 1e-14);
 }
 
 TEST_F(CoulombTool, KurilinsConstants) {
@@ -165,7 +170,8 @@ TEST_F(CoulombTool, ComparisonHasTheOptimumFirst) {
   const Ended table = run(scene);
   EXPECT_EQ(table.status, 0);
   for (const std::string& name : names) EXPECT_TRUE(contains(table.out, name)) << table.out;
-  for (const char* part : {"0.9053473276", "stops at x = 0.8778026", "slower"}) EXPECT_TRUE(contains(table.out, part)) << table.out;
+  for (const char* part : {"0.9053473276", "stops at x = 0.8778026", "slower"})
+    EXPECT_TRUE(contains(table.out, part)) << table.out;
 }
 
 /// Every row of a CSV, as numbers; the arc's name as 0.
@@ -177,14 +183,21 @@ std::vector<std::vector<double>> rows_of(const std::string& text) {
   while (std::getline(lines, line)) {
     std::istringstream words(line);
     rows.emplace_back();
-    for (std::string word; std::getline(words, word, ',');) rows.back().push_back(rows.back().size() == 1 ? 0.0 : std::stod(word));
+    for (std::string word; std::getline(words, word, ',');)
+      rows.back().push_back(rows.back().size() == 1 ? 0.0 : std::stod(word));
   }
   return rows;
 }
 
 TEST_F(CoulombTool, TrajectoryEndsWhereItShould) {
-  for (const Arguments& extra : {Arguments{}, {"--mu", "0"}, {"--curve", "kurilin"}, {"--curve", "circle"}, {"--curve", "gladkov"},
-                                 {"--curve", "parabola"}, {"--curve", "cycloid"}, {"--mu", "1.2499"}}) {
+  for (const Arguments& extra : {Arguments{},
+                                 {"--mu", "0"},
+                                 {"--curve", "kurilin"},
+                                 {"--curve", "circle"},
+                                 {"--curve", "gladkov"},
+                                 {"--curve", "parabola"},
+                                 {"--curve", "cycloid"},
+                                 {"--mu", "1.2499"}}) {
     const std::string file = (folder() / "path.csv").string();
     Arguments arguments{"--csv", file, "--quiet"};
     arguments.insert(arguments.end(), extra.begin(), extra.end());
@@ -208,8 +221,9 @@ TEST_F(CoulombTool, TrajectoryEndsWhereItShould) {
 TEST_F(CoulombTool, HelpNamesFlagsAndConventions) {
   const Ended got = run({"--help"});
   EXPECT_EQ(got.status, 0);
-  for (const char* part : {"--drop m", "--span m", "--gravity m/s^2", "--mu", "--curve", "--epsilon", "--compare", "--accuracy", "--json",
-                           "--csv", "--quiet", "--version", "y is measured down", "lambda_v0 = 1/g", "mu_max = drop/span", "Exit status"}) {
+  for (const char* part :
+       {"--drop m", "--span m", "--gravity m/s^2", "--mu", "--curve", "--epsilon", "--compare", "--accuracy", "--json",
+        "--csv", "--quiet", "--version", "y is measured down", "lambda_v0 = 1/g", "mu_max = drop/span", "Exit status"}) {
     EXPECT_TRUE(contains(got.out, part)) << part;
   }
   EXPECT_EQ(run({"--version"}).out.rfind("costate-coulomb ", 0), 0U);

@@ -37,7 +37,8 @@ int deliver_comparison(const tools::Heading& heading, const std::vector<Compared
   if (!optimum.solved()) return tools::deliver(heading, optimum, json, quiet, "");
   if (!quiet) {
     const double least = optimum["final_time"].value;
-    fmt::print("{}\n\n  {:<10}  {:>22}  {:>12}  {:>16}\n", heading.title, "curve", "final time [s]", "slower by [%]", "end speed [m/s]");
+    fmt::print("{}\n\n  {:<10}  {:>22}  {:>12}  {:>16}\n", heading.title, "curve", "final time [s]", "slower by [%]",
+               "end speed [m/s]");
     for (const Compared& row : all) {
       if (!row.outcome.solved()) {
         fmt::print("  {:<10}  {}\n", row.name, row.outcome.message);

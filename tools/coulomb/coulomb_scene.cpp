@@ -17,13 +17,16 @@ Outcome out_of_reach(const Scene& scene) {
   Outcome outcome;
   outcome.status = Outcome::Status::infeasible;
   outcome.limits = {{"mu_max", "1", largest_friction(scene)}};
-  outcome.message = scene.drop > 0.0
-                        ? fmt::format("mu = {:.12g} is too much friction: a bead from rest reaches drop = {:g} m, span = {:g} m only for "
-                                      "mu below mu_max = H/L = {:.12g}",
-                                      scene.friction, scene.drop, scene.span, largest_friction(scene))
-                        : fmt::format("drop = {:g} m is out of reach: from rest the bead arrives only where mu is below mu_max = H/L = "
-                                      "{:.12g}, so the drop must be above mu L = {:.12g} m",
-                                      scene.drop, largest_friction(scene), scene.friction * scene.span);
+  outcome.message =
+      scene.drop > 0.0
+          ? fmt::format(
+                "mu = {:.12g} is too much friction: a bead from rest reaches drop = {:g} m, span = {:g} m only for "
+                "mu below mu_max = H/L = {:.12g}",
+                scene.friction, scene.drop, scene.span, largest_friction(scene))
+          : fmt::format(
+                "drop = {:g} m is out of reach: from rest the bead arrives only where mu is below mu_max = H/L = "
+                "{:.12g}, so the drop must be above mu L = {:.12g} m",
+                scene.drop, largest_friction(scene), scene.friction * scene.span);
   return outcome;
 }
 
@@ -33,8 +36,8 @@ Outcome frictionless(const Scene& scene) {
   outcome.limits = {{"mu_max", "1", largest_friction(scene)}};
   if (!found) {
     outcome.status = Outcome::Status::failed;
-    outcome.message = fmt::format("drop = {:g} m is too small for the cycloid's end to be told from a full arch; try a larger one",
-                                  scene.drop);
+    outcome.message = fmt::format(
+        "drop = {:g} m is too small for the cycloid's end to be told from a full arch; try a larger one", scene.drop);
     return outcome;
   }
   // Tens of units in the last place, of the size of the terms each number is a sum of.
@@ -48,11 +51,17 @@ Outcome frictionless(const Scene& scene) {
                           quantity("lambda_x", "s/m", found->lambda_x, lambda),
                           quantity("lambda_y", "s/m", -found->lambda_y, lambda),
                           quantity("lambda_v0", "s^2/m", 1.0 / scene.gravity, 1.0 / scene.gravity),
-                          quantity("alpha0", "rad", -found->theta1(), 1.0),
-                          quantity("alphaF", "rad", -found->theta2(), 1.0),
+                          quantity("alpha0", "rad", -found->theta1(), 1.0), quantity("alphaF", "rad", -found->theta2(), 1.0),
                           quantity("end_speed", "m/s", end_speed, end_speed)},
-                         {{{"t", "s"}, {"x", "m"}, {"y", "m"}, {"v", "m/s"}, {"alpha", "rad"}, {"lambda_x", "s/m"},
-                           {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"normal", "m/s^2"}},
+                         {{{"t", "s"},
+                           {"x", "m"},
+                           {"y", "m"},
+                           {"v", "m/s"},
+                           {"alpha", "rad"},
+                           {"lambda_x", "s/m"},
+                           {"lambda_y", "s/m"},
+                           {"lambda_v", "s^2/m"},
+                           {"normal", "m/s^2"}},
                           {}}};
   constexpr int cells = 200;
   for (int i = 0; i <= cells; ++i) {
@@ -69,12 +78,14 @@ Outcome frictionless(const Scene& scene) {
 
 std::string why_not(Curve curve, const Scene& scene, const Descent& descent) {
   if (descent.end == Descent::End::stops) {
-    return fmt::format("along the {} the bead stops at x = {:.9g} m, y = {:.9g} m: with mu = {:.12g} it does not arrive, only with mu "
-                       "below mu_finish = {:.12g}",
-                       name_of(curve), descent.stop_x, descent.stop_y, scene.friction, descent.limit);
+    return fmt::format(
+        "along the {} the bead stops at x = {:.9g} m, y = {:.9g} m: with mu = {:.12g} it does not arrive, only with mu "
+        "below mu_finish = {:.12g}",
+        name_of(curve), descent.stop_x, descent.stop_y, scene.friction, descent.limit);
   }
-  return fmt::format("there is no curve of the family {} through both points for mu = {:.12g}: mu must be {} mu_finish = {:.12g}",
-                     name_of(curve), scene.friction, curve == Curve::gladkov ? "at most" : "below", descent.limit);
+  return fmt::format(
+      "there is no curve of the family {} through both points for mu = {:.12g}: mu must be {} mu_finish = {:.12g}",
+      name_of(curve), scene.friction, curve == Curve::gladkov ? "at most" : "below", descent.limit);
 }
 
 }  // namespace
