@@ -82,8 +82,9 @@ double derivative_along(const Solution& solution, const std::string& name, const
 
 TEST_P(CoulombReference, CostatesAreTheDerivativesOfTheTime) {
   const CoulombCase& c = GetParam();
-  if (c.scene.friction == 0.0) GTEST_SKIP() << "a closed form: nothing to differentiate";
-  const Solution s = solved(c.scene, 1e-11);
+  // Shooting also without friction, where the tool has a closed form.
+  const Solution s = solve(coulomb::make_problem(c.scene), Eigen::Vector2d::Zero(), {.accuracy = 1e-11, .max_step = 100.0});
+  ASSERT_TRUE(s.solved()) << s.message;
   const double lambda_x = s["lambda_x"].value, lambda_y = s["lambda_y"].value, T = s["final_time"].value;
   // As μ → H/L the costates grow like 1/(H/L − μ) and cancel in the time: each is good to its own bound.
   const double both = c.scene.span * s["lambda_x"].error_bound + c.scene.drop * s["lambda_y"].error_bound;
@@ -257,6 +258,25 @@ TEST(Coulomb, FollowingTheFrictionFromTheCycloidLeadsToTheSameSolution) {
   const Followed path = follow(shooting, start.y, coulomb::parameters(scene));
   ASSERT_TRUE(path.reached) << path.message;
   EXPECT_LT((path.y - solved(scene, 1e-10).y).norm(), 1e-6) << "follow() solves to 1e-7";
+}
+
+// What verifies a root would see one whose costates do not belong to its motion.
+TEST(Coulomb, PathChecksSeeAWrongExtremal) {
+  const Solution s = solved({5.0, 4.0, 9.81, 1.0}, 1e-10);
+  ArcPoint point = s.point(0.6 * s.final_time());
+  const auto hamiltonian = [&](const ArcRecord& record) {
+    point.record = &record;
+    return std::abs(s.problem->check(point, s.parameters).front().value);
+  };
+  const ArcRecord right = s.arcs.front().record;
+  EXPECT_LT(hamiltonian(right), 1e-14);
+  int noticed = 0;
+  for (std::size_t i = 0; i < right.constants.size(); ++i) {
+    ArcRecord wrong = right;
+    wrong.constants[i] *= 1.0 + 1e-6;
+    if (hamiltonian(wrong) > 1e-8) ++noticed;
+  }
+  EXPECT_EQ(noticed, 5) << "amplitude, r, the end angle and both costates; the units of x and of the work enter no H";
 }
 
 TEST(Coulomb, ProblemRefusesWhatIsNotAdmissible) {
