@@ -1,5 +1,6 @@
 /// Scenes of the bead with Coulomb friction drawn at random, each solved from the scene alone and integrated again in time
-/// by a method that shares nothing with the library. COSTATE_SCENES sets how many.
+/// by a method that shares nothing with the library. COSTATE_SCENES sets how many;
+/// COSTATE_VERBOSE has every scene printed, else only those that went wrong.
 #include "coulomb/coulomb_scene.hpp"
 #include "coulomb_reference.hpp"
 #include "runge_kutta.hpp"

@@ -133,8 +133,8 @@ TurningWire circle_wire(const Scene& s) {
 }
 
 TurningWire cycloid_wire(const Scene& s) {
-  const std::optional<Cycloid> free = cycloid(s.span, -s.drop, 0.0, s.gravity);
-  return {free->psi2, 1.0 / (s.gravity * free->lambda_x * free->lambda_x), true};
+  const Cycloid free = cycloid(s.span, -s.drop, 0.0, s.gravity).value();
+  return {free.psi2, 1.0 / (s.gravity * free.lambda_x * free.lambda_x), true};
 }
 
 /// The curve of [14] of [K], on which the motion is known in closed form: with it

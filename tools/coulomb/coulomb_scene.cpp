@@ -1,5 +1,6 @@
 #include "coulomb_scene.hpp"
 
+#include <costate/error.hpp>
 #include <costate/models/cycloid.hpp>
 
 #include <cmath>
@@ -11,6 +12,14 @@ namespace costate::coulomb {
 namespace {
 
 using tools::Outcome;
+
+/// A drop this small against the span is lost in the rounding of what it is computed from.
+void check_flatness(const Scene& scene) {
+  const double least = 1e-15 * scene.span;
+  if (!(scene.drop > 0.0 && scene.drop < least)) return;
+  throw BadInput(
+      fmt::format("drop = {:g} m is not admissible: above 0 it must be at least 1e-15 span = {:g} m", scene.drop, least));
+}
 
 /// Along every wire the bead arrives with v²/2 ≤ g (H − μL).
 Outcome out_of_reach(const Scene& scene) {
@@ -31,27 +40,21 @@ Outcome out_of_reach(const Scene& scene) {
 }
 
 Outcome frictionless(const Scene& scene) {
-  const std::optional<Cycloid> found = cycloid(scene.span, -scene.drop, 0.0, scene.gravity);
+  const Cycloid found = cycloid(scene.span, -scene.drop, 0.0, scene.gravity).value();
   Outcome outcome;
   outcome.limits = {{"mu_max", "1", largest_friction(scene)}};
-  if (!found) {
-    outcome.status = Outcome::Status::failed;
-    outcome.message = fmt::format(
-        "drop = {:g} m is too small for the cycloid's end to be told from a full arch; try a larger one", scene.drop);
-    return outcome;
-  }
   // Tens of units in the last place, of the size of the terms each number is a sum of.
   const auto quantity = [](const char* name, const char* unit, double value, double size) {
     return Quantity{name, unit, value, 32.0 * std::numeric_limits<double>::epsilon() * size};
   };
-  const double lambda = std::hypot(found->lambda_x, found->lambda_y);
+  const double lambda = std::hypot(found.lambda_x, found.lambda_y);
   const double end_speed = std::sqrt(2.0 * scene.gravity * scene.drop);
   tools::ClosedForm form{"cycloid",
-                         {quantity("final_time", "s", found->final_time, found->final_time),
-                          quantity("lambda_x", "s/m", found->lambda_x, lambda),
-                          quantity("lambda_y", "s/m", -found->lambda_y, lambda),
+                         {quantity("final_time", "s", found.final_time, found.final_time),
+                          quantity("lambda_x", "s/m", found.lambda_x, lambda),
+                          quantity("lambda_y", "s/m", -found.lambda_y, lambda),
                           quantity("lambda_v0", "s^2/m", 1.0 / scene.gravity, 1.0 / scene.gravity),
-                          quantity("alpha0", "rad", -found->theta1(), 1.0), quantity("alphaF", "rad", -found->theta2(), 1.0),
+                          quantity("alpha0", "rad", -found.theta1(), 1.0), quantity("alphaF", "rad", -found.theta2(), 1.0),
                           quantity("end_speed", "m/s", end_speed, end_speed)},
                          {{{"t", "s"},
                            {"x", "m"},
@@ -65,11 +68,11 @@ Outcome frictionless(const Scene& scene) {
                           {}}};
   constexpr int cells = 200;
   for (int i = 0; i <= cells; ++i) {
-    const double t = found->final_time * i / cells;
-    const Cycloid::Point p = found->at(t);
+    const double t = found.final_time * i / cells;
+    const Cycloid::Point p = found.at(t);
     // N/m = g cos α + v g λx, and cos α = λx v.
-    form.trajectory.rows.push_back({t, p.x, -p.y, p.v, -p.theta, found->lambda_x, -found->lambda_y, p.lambda_v,
-                                    2.0 * scene.gravity * found->lambda_x * p.v});
+    form.trajectory.rows.push_back({t, p.x, -p.y, p.v, -p.theta, found.lambda_x, -found.lambda_y, p.lambda_v,
+                                    2.0 * scene.gravity * found.lambda_x * p.v});
   }
   outcome.closed_form = std::move(form);
   outcome.status = Outcome::Status::solved;
@@ -92,6 +95,7 @@ std::string why_not(Curve curve, const Scene& scene, const Descent& descent) {
 
 Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   const double began = thread_seconds();
+  check_flatness(scene);
   Outcome outcome;
   if (!(scene.friction < largest_friction(scene))) {
     outcome = out_of_reach(scene);
@@ -113,6 +117,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
 
 Outcome solve_curve(Curve curve, const Scene& scene, double epsilon, bool with_trajectory) {
   const double began = thread_seconds();
+  check_flatness(scene);
   if (!(scene.drop > 0.0)) return out_of_reach(scene);
   Outcome outcome;
   const Descent descent = descend(curve, scene, epsilon);

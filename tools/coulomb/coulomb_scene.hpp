@@ -16,7 +16,8 @@ namespace costate::coulomb {
 
 /// The descent along a given curve. Infeasible, with the limit "mu_finish", if the bead stops before the end (the message
 /// says where) or the family has no curve through both points. Quantities: final_time, alpha0, alphaF, end_speed and, for
-/// kurilin, C. The rows of the trajectory cost a hundred times the rest, and are left out unless asked for.
+/// kurilin, C. The rows of the trajectory cost a hundred times the rest, and are left out unless asked for. \throws BadInput
+/// as solve_scene.
 [[nodiscard]] tools::Outcome solve_curve(Curve curve, const Scene& scene, double epsilon, bool with_trajectory = false);
 
 /// What became of the bead on one of several wires.

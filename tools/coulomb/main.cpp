@@ -74,11 +74,6 @@ int main(int argc, char** argv) {
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-coulomb", [&] {
     const SolveOptions options{.accuracy = line.accuracy};
-    constexpr double least_drop = 1e-9;
-    if (scene.drop > 0.0 && scene.drop < least_drop) {
-      throw BadInput(fmt::format("--drop {:g} is not admissible: -1e+06 … 1e+06 m, but not between 0 and {:g} m", scene.drop,
-                                 least_drop));
-    }
     if (compare && (!line.csv.empty() || curve != "optimal")) {
       throw BadInput(fmt::format("--compare and {} exclude each other", line.csv.empty() ? "--curve" : "--csv"));
     }
