@@ -16,8 +16,11 @@ using coulomb::Descent;
 using coulomb::DescentPoint;
 using coulomb::Scene;
 
-const std::map<std::string, Curve> columns{
-    {"circle", Curve::circle}, {"parab", Curve::parabola}, {"cyc", Curve::cycloid}, {"glad", Curve::gladkov}, {"kur", Curve::kurilin}};
+const std::map<std::string, Curve> columns{{"circle", Curve::circle},
+                                           {"parab", Curve::parabola},
+                                           {"cyc", Curve::cycloid},
+                                           {"glad", Curve::gladkov},
+                                           {"kur", Curve::kurilin}};
 
 TEST(CoulombCurves, TableOneWhole) {
   const auto data = coulomb_data();
@@ -61,8 +64,11 @@ TEST(CoulombCurves, TableOneWhole) {
 
 TEST(CoulombCurves, LimitsAtWhichTheBeadJustArrives) {
   const Scene scene{1.0, 1.0, 9.81, 0.0};
-  for (const auto& [curve, limit] : {std::pair{Curve::circle, 0.603342}, {Curve::cycloid, 0.793159}, {Curve::parabola, 0.887571},
-                                     {Curve::gladkov, 0.5}, {Curve::kurilin, 1.0}}) {
+  for (const auto& [curve, limit] : {std::pair{Curve::circle, 0.603342},
+                                     {Curve::cycloid, 0.793159},
+                                     {Curve::parabola, 0.887571},
+                                     {Curve::gladkov, 0.5},
+                                     {Curve::kurilin, 1.0}}) {
     const double found = descend(curve, scene).limit;
     EXPECT_NEAR(found, limit, 5e-7) << name_of(curve);
     for (const double side : {-1e-6, 1e-6}) {
@@ -81,7 +87,8 @@ TEST(CoulombCurves, KurilinsOwnConstants) {
     const auto best = coulomb::kurilin(c.scene);
     ASSERT_TRUE(best.has_value());
     const double distance = largest_friction(c.scene) - c.scene.friction;
-    const double rounding = std::ldexp(c.scene.friction / distance, -52) + 1e-15;  // of the decimal μ and of the reference's digits
+    const double rounding = std::ldexp(c.scene.friction / distance, -52) +
+                            1e-15;  // of the decimal μ and of the reference's digits
     const auto expect = [&](const char* name, double value, double bound) {
       EXPECT_NEAR(value, c.kurilin.at(name), bound + rounding * std::abs(value)) << name;
       EXPECT_NEAR(value, c.kurilin.at(name), 1e-10 * std::abs(value)) << name;
@@ -95,7 +102,8 @@ TEST(CoulombCurves, KurilinsOwnConstants) {
   EXPECT_FALSE(coulomb::kurilin({1.0, 1.0, 9.81, 1.0}).has_value());
 }
 
-/// The motion again, in time, by Newton's law along a wire of the given radius of curvature ρ(b) (negative: along that of constant b').
+/// The motion again, in time, by Newton's law along a wire of the given radius of curvature ρ(b) (negative: along that of
+/// constant b').
 template <class Radius>
 void expect_motion(Curve curve, const Scene& s, double epsilon, const Radius& rate) {
   SCOPED_TRACE(name_of(curve));
@@ -157,21 +165,23 @@ TEST(CoulombCurves, MotionIsNewtons) {
 
 // Where the bead stops, the work of friction has eaten the fall: g(y − μx) = μ∫v² db with v = 0.
 TEST(CoulombCurves, PlaceWhereTheBeadStops) {
-  const Scene scene{1.0, 1.0, 9.81, 0.7};
-  const Descent stopped = descend(Curve::circle, scene);
-  ASSERT_EQ(stopped.end, Descent::End::stops);
-  // In time along the quarter circle of radius 1, until the speed is gone.
-  const auto newton = [&](double, const std::array<double, 2>& q) {
-    return std::array<double, 2>{9.81 * (std::cos(q[1]) - 0.7 * std::sin(q[1])) - 0.7 * q[0] * q[0], q[0]};
-  };
-  double low = 0.0, high = 2.0;
-  while (high - low > 1e-12) {
-    const double middle = 0.5 * (low + high);
-    (runge_kutta<2>(newton, 0.0, middle, {0.0, 0.0}, 1e-13)[0] > 0.0 ? low : high) = middle;
+  for (const double mu : {0.7, 3.0, 100.0}) {
+    const Descent stopped = descend(Curve::circle, {1.0, 1.0, 9.81, mu});
+    ASSERT_EQ(stopped.end, Descent::End::stops);
+    // In time along the quarter circle of radius 1, until the speed is gone.
+    const auto newton = [&](double, const std::array<double, 2>& q) {
+      return std::array<double, 2>{9.81 * (std::cos(q[1]) - mu * std::sin(q[1])) - mu * q[0] * q[0], q[0]};
+    };
+    double low = 0.0, high = 2.0;
+    while (high - low > 1e-12) {
+      const double middle = 0.5 * (low + high);
+      (runge_kutta<2>(newton, 0.0, middle, {0.0, 0.0}, 1e-13)[0] > 0.0 ? low : high) = middle;
+    }
+    const double b = runge_kutta<2>(newton, 0.0, low, {0.0, 0.0}, 1e-13)[1];
+    EXPECT_NEAR(stopped.stop_x, 1.0 - std::cos(b), 1e-10) << mu;
+    EXPECT_NEAR(stopped.stop_y, std::sin(b), 1e-10) << mu;
   }
-  const double b = runge_kutta<2>(newton, 0.0, low, {0.0, 0.0}, 1e-13)[1];
-  EXPECT_NEAR(stopped.stop_x, 1.0 - std::cos(b), 1e-10);
-  EXPECT_NEAR(stopped.stop_y, std::sin(b), 1e-10);
+  const Scene scene{1.0, 1.0, 9.81, 0.7};
   EXPECT_THROW((void)descent_points(Curve::circle, scene), BadInput);
   // On a wire too flat for it the bead does not start.
   const Descent still = descend(Curve::parabola, {1.0, 1.0, 9.81, 1.7});
@@ -190,7 +200,8 @@ TEST(CoulombCurves, StraightLineIsTheParabolaOfNoBend) {
   }
 }
 
-// Where the bead all but stops at the end, rounding of its last speed is worth more and more of the time, and the bound says so.
+// Where the bead all but stops at the end, rounding of its last speed is worth more and more of the time, and the bound says
+// so.
 TEST(CoulombCurves, BoundGrowsTowardsTheLimit) {
   const double limit = descend(Curve::cycloid, {1.0, 1.0, 9.81, 0.0}).limit;
   double before = 0.0;
@@ -211,9 +222,11 @@ TEST(CoulombCurves, SteepAndFlatScenes) {
       ASSERT_TRUE(optimum.solved());
       for (const Curve curve : coulomb::curves) {
         const Descent descent = descend(curve, s);
-        EXPECT_EQ(descent.end == Descent::End::arrives, s.friction <= descent.limit) << name_of(curve) << " " << H << " " << L << " " << part;
+        EXPECT_EQ(descent.end == Descent::End::arrives, s.friction <= descent.limit)
+            << name_of(curve) << " " << H << " " << L << " " << part;
         if (descent.end != Descent::End::arrives) continue;
-        EXPECT_GE(descent.final_time, optimum["final_time"].value * (1.0 - 1e-8)) << name_of(curve) << " " << H << " " << L << " " << part;
+        EXPECT_GE(descent.final_time, optimum["final_time"].value * (1.0 - 1e-8))
+            << name_of(curve) << " " << H << " " << L << " " << part;
         EXPECT_LT(descent.time_bound, 1e-8 * descent.final_time) << name_of(curve) << " " << H << " " << L << " " << part;
       }
     }
@@ -222,7 +235,8 @@ TEST(CoulombCurves, SteepAndFlatScenes) {
 
 TEST(CoulombCurves, RefuseWhatIsNotAdmissible) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const Scene& bad : {Scene{0.0, 1.0, 9.81, 0.1}, Scene{1.0, 0.0, 9.81, 0.1}, Scene{1.0, 1.0, nan, 0.1}, Scene{1.0, 1.0, 9.81, -0.1}}) {
+  for (const Scene& bad :
+       {Scene{0.0, 1.0, 9.81, 0.1}, Scene{1.0, 0.0, 9.81, 0.1}, Scene{1.0, 1.0, nan, 0.1}, Scene{1.0, 1.0, 9.81, -0.1}}) {
     for (const Curve curve : coulomb::curves) EXPECT_THROW((void)descend(curve, bad), BadInput) << name_of(curve);
   }
   EXPECT_THROW((void)descend(Curve::parabola, {}, -0.1), BadInput);

@@ -1,6 +1,6 @@
 /// \file
-/// Reference cases of the bead with Coulomb friction, and the closed form of the optimum by a quadrature that shares nothing with
-/// the library.
+/// Reference cases of the bead with Coulomb friction, and the closed form of the optimum by a quadrature that shares nothing
+/// with the library.
 #pragma once
 
 #include <costate/models/coulomb.hpp>
@@ -29,7 +29,8 @@ struct CoulombCase {
     const double unit = std::ldexp(1.0, -52), value = std::abs(values.at(report));
     const auto slope = per_mu.find(report);
     // Where no derivative is given: nothing falls faster towards the limit than H/L − μ itself.
-    const double per_friction = slope == per_mu.end() ? value / (largest_friction(scene) - scene.friction) : std::abs(slope->second);
+    const double per_friction = slope == per_mu.end() ? value / (largest_friction(scene) - scene.friction)
+                                                      : std::abs(slope->second);
     return unit * (4.0 * value + per_friction * scene.friction);
   }
 };
@@ -49,7 +50,7 @@ inline std::vector<CoulombCase> coulomb_cases() {
     CoulombCase c;
     c.name = entry.at("id").get<std::string>();
     c.scene = {p.at("H"), p.at("L"), p.at("g"), p.at("mu")};
-    const std::pair<const char*, const char*> fields[] = {{"T", "final_time"},   {"lx", "lambda_x"},   {"ly", "lambda_y"},
+    const std::pair<const char*, const char*> fields[] = {{"T", "final_time"},  {"lx", "lambda_x"},   {"ly", "lambda_y"},
                                                           {"lv0", "lambda_v0"}, {"alpha0", "alpha0"}, {"alphaF", "alphaF"},
                                                           {"vF", "end_speed"}};
     for (const auto& [key, report] : fields) {

@@ -1,5 +1,6 @@
-/// Scenes of the bead with Coulomb friction drawn at random, each solved from the scene alone and integrated again in time by a method
-/// that shares nothing with the library. COSTATE_SCENES sets how many.
+/// Scenes of the bead with Coulomb friction drawn at random, each solved from the scene alone and integrated again in time
+/// by a method that shares nothing with the library. COSTATE_SCENES sets how many;
+/// COSTATE_VERBOSE has every scene printed, else only those that went wrong.
 #include "coulomb/coulomb_scene.hpp"
 #include "coulomb_reference.hpp"
 #include "runge_kutta.hpp"
@@ -19,8 +20,9 @@ using tools::Outcome;
 /// x, y, v e^{μb}, λv e^{−μb}; b the slope from straight down.
 using State = std::array<double, 4>;
 
-/// The slope at which H(b) = λx v sin b + λy v cos b + λv (cos b − μ sin b) − 1 is greatest, v e^{μb} and λv e^{−μb} held, g = 1. While λv > 0
-/// it is below that at which the first two terms alone would be stationary; λv = 0 at the end is passed by rounding, hence the margin.
+/// The slope at which H(b) = λx v sin b + λy v cos b + λv (cos b − μ sin b) − 1 is greatest, v e^{μb} and λv e^{−μb} held, g
+/// = 1. While λv > 0 it is below that at which the first two terms alone would be stationary; λv = 0 at the end is passed by
+/// rounding, hence the margin.
 double fastest(const State& q, double lambda_x, double lambda_y, double mu) {
   double low = 0.0, high = 1.001 * std::atan2(lambda_x - mu * lambda_y, lambda_y + mu * lambda_x);
   while (true) {
@@ -58,7 +60,8 @@ Miss miss(const Outcome& outcome, double lambda_unit, double time_unit, double n
   // So small that λv is hardly below zero at the end, beyond which H has no maximum.
   constexpr double shift = 1e-10;
   const double size_x = std::abs(x), size_y = std::max(std::abs(y), 1e-3 * std::abs(x));
-  const auto moved_x = end(x + shift * size_x, y, t), moved_y = end(x, y + shift * size_y, t), moved_t = end(x, y, t * (1.0 + shift));
+  const auto moved_x = end(x + shift * size_x, y, t), moved_y = end(x, y + shift * size_y, t),
+             moved_t = end(x, y, t * (1.0 + shift));
   Miss result;
   for (std::size_t i = 0; i < there.size(); ++i) {
     const double relative_x = outcome["lambda_x"].error_bound * lambda_unit / size_x;
@@ -68,8 +71,10 @@ Miss miss(const Outcome& outcome, double lambda_unit, double time_unit, double n
     constexpr double rounding = 4e-16;
     const double allowed = noise + (std::abs(moved_x[i] - there[i]) * (relative_x + rounding) +
                                     std::abs(moved_y[i] - there[i]) * (relative_y + rounding) +
-                                    std::abs(moved_t[i] - there[i]) * (relative_t + rounding)) / shift;
-    if (std::abs(there[i]) / allowed > result.error / std::max(result.allowed, 1e-300)) result = {std::abs(there[i]), allowed};
+                                    std::abs(moved_t[i] - there[i]) * (relative_t + rounding)) /
+                                       shift;
+    if (std::abs(there[i]) / allowed > result.error / std::max(result.allowed, 1e-300))
+      result = {std::abs(there[i]), allowed};
   }
   return result;
 }
@@ -92,8 +97,8 @@ TEST(CoulombSweep, RandomScenesAreSolvedAndIntegrateAgain) {
     const double span = std::pow(10.0, within(-2.0, 2.0)), chord = std::pow(10.0, within(-3.0, 3.0));
     const double kind = within(0.0, 1.0), part = kind < 0.05 ? 0.0 : kind < 0.92 ? within(0.0, 0.99) : within(1.0, 1.5);
     const Scene scene{chord * span, span, std::pow(10.0, within(-1.0, 2.0)), part * chord};
-    const std::string line = fmt::format("drop {:.6g} span {:.6g} gravity {:.6g} mu {:.6g} (of H/L: {:.4f})", scene.drop, scene.span,
-                                         scene.gravity, scene.friction, part);
+    const std::string line = fmt::format("drop {:.6g} span {:.6g} gravity {:.6g} mu {:.6g} (of H/L: {:.4f})", scene.drop,
+                                         scene.span, scene.gravity, scene.friction, part);
     const Outcome outcome = coulomb::solve_scene(scene, {.accuracy = 1e-10});
     const bool feasible = scene.friction < scene.drop / scene.span;
     worst_seconds = std::max(worst_seconds, outcome.cost.seconds);
@@ -106,17 +111,20 @@ TEST(CoulombSweep, RandomScenesAreSolvedAndIntegrateAgain) {
       continue;
     }
     worst_condition = std::max(worst_condition, outcome.solution.certificate.condition);
-    const double time_unit = std::sqrt(scene.span / scene.gravity), lambda_unit = scene.span / time_unit, mu = scene.friction;
+    const double time_unit = std::sqrt(scene.span / scene.gravity), lambda_unit = scene.span / time_unit,
+                 mu = scene.friction;
     const double fall = scene.drop / scene.span;
     constexpr double tolerance = 1e-11;
     const Miss flow = miss(outcome, lambda_unit, time_unit, 100.0 * tolerance, [&](double x, double y, double t) {
       const State end = integrate_again(x, y, mu, t, tolerance);
       const double largest_speed = std::sqrt(2.0 * fall);
-      return std::array<double, 3>{end[0] - 1.0, (end[1] - fall) / std::max(1.0, fall), end[3] / (1.0 + std::abs(y)) / largest_speed};
+      return std::array<double, 3>{end[0] - 1.0, (end[1] - fall) / std::max(1.0, fall),
+                                   end[3] / (1.0 + std::abs(y)) / largest_speed};
     });
     const Miss closed = miss(outcome, lambda_unit, time_unit, 1e-13, [&](double x, double y, double t) {
       const CoulombEnd end = coulomb_closed_form({fall, 1.0, 1.0, mu}, x, y);
-      return std::array<double, 3>{static_cast<double>(end.x) - 1.0, static_cast<double>(end.y) / std::max(1.0, fall) - std::min(fall, 1.0),
+      return std::array<double, 3>{static_cast<double>(end.x) - 1.0,
+                                   static_cast<double>(end.y) / std::max(1.0, fall) - std::min(fall, 1.0),
                                    static_cast<double>(end.t) / t - 1.0};
     });
     worst_flow = std::max(worst_flow, flow.error);
@@ -133,19 +141,21 @@ TEST(CoulombSweep, RandomScenesAreSolvedAndIntegrateAgain) {
           << name_of(curve) << " is faster than the optimum: " << line;
     }
     if (!good) {
-      table += fmt::format("  WRONG {}: integrated again {:.1e} (allowed {:.1e}), closed form {:.1e} (allowed {:.1e})\n", line, flow.error,
-                           flow.allowed, closed.error, closed.allowed);
+      table += fmt::format("  WRONG {}: integrated again {:.1e} (allowed {:.1e}), closed form {:.1e} (allowed {:.1e})\n",
+                           line, flow.error, flow.allowed, closed.error, closed.allowed);
     }
     if (std::getenv("COSTATE_VERBOSE") != nullptr) {
-      table += fmt::format("  {}: flow {:.1e} ({:.1e}), closed {:.1e} ({:.1e}), condition {:.2f}\n", line, flow.error, flow.allowed, closed.error,
-                           closed.allowed, outcome.solution.certificate.condition);
+      table += fmt::format("  {}: flow {:.1e} ({:.1e}), closed {:.1e} ({:.1e}), condition {:.2f}\n", line, flow.error,
+                           flow.allowed, closed.error, closed.allowed, outcome.solution.certificate.condition);
     }
   }
-  fmt::print("{} scenes: {} solved, {} rightly infeasible, {} failed, {} wrong\n{}"
-             "condition at most {:.3g}, {} Newton iterations and {:.2g} s a scene at most; integrated again the end is missed by at most "
-             "{:.1e} of the span or drop (allowed at most {:.1e})\n",
-             scenes, counts.solved, counts.infeasible, counts.failed, counts.wrong, table, worst_condition, worst_newton, worst_seconds,
-             worst_flow, loosest);
+  fmt::print(
+      "{} scenes: {} solved, {} rightly infeasible, {} failed, {} wrong\n{}"
+      "condition at most {:.3g}, {} Newton iterations and {:.2g} s a scene at most; integrated again the end is missed by "
+      "at most "
+      "{:.1e} of the span or drop (allowed at most {:.1e})\n",
+      scenes, counts.solved, counts.infeasible, counts.failed, counts.wrong, table, worst_condition, worst_newton,
+      worst_seconds, worst_flow, loosest);
   EXPECT_EQ(counts.wrong, 0);
   EXPECT_LE(counts.failed, scenes / 100);
   EXPECT_GE(counts.solved, scenes / 2);

@@ -49,7 +49,9 @@ TEST_P(CoulombReference, ReproducesInEveryUnknown) {
     const double slope_by_logit = *c.turn * (std::numbers::pi - *c.turn) / std::numbers::pi;
     const Quantity& turn = outcome.solution["turn"];
     EXPECT_NEAR(std::numbers::pi / (1.0 + std::exp(-turn.value)), *c.turn,
-                slope_by_logit * (turn.error_bound + 1e-16 * largest_friction(c.scene) / (largest_friction(c.scene) - c.scene.friction)) + 1e-15);
+                slope_by_logit * (turn.error_bound +
+                                  1e-16 * largest_friction(c.scene) / (largest_friction(c.scene) - c.scene.friction)) +
+                    1e-15);
   }
 }
 
@@ -71,7 +73,8 @@ double derivative_along(const Solution& solution, const std::string& name, const
   shooting.set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
   const Shot& shot = shooting.evaluate(solution.y, path);
   const Eigen::VectorXd dy = -shooting.jacobian(shot).partialPivLu().solve(shooting.path_derivative(shot));
-  const auto report = std::find_if(shot.reports().begin(), shot.reports().end(), [&](const Report& r) { return r.name == name; });
+  const auto report = std::find_if(shot.reports().begin(), shot.reports().end(),
+                                   [&](const Report& r) { return r.name == name; });
   double sum = report->value.derivative(static_cast<int>(shooting.size()));
   for (Eigen::Index i = 0; i < shooting.size(); ++i) sum += report->value.derivative(static_cast<int>(i)) * dy[i];
   return sum;
@@ -79,14 +82,16 @@ double derivative_along(const Solution& solution, const std::string& name, const
 
 TEST_P(CoulombReference, CostatesAreTheDerivativesOfTheTime) {
   const CoulombCase& c = GetParam();
-  if (c.scene.friction == 0.0) GTEST_SKIP() << "a closed form: nothing to differentiate";
-  const Solution s = solved(c.scene, 1e-11);
+  // Shooting also without friction, where the tool has a closed form.
+  const Solution s = solve(coulomb::make_problem(c.scene), Eigen::Vector2d::Zero(), {.accuracy = 1e-11, .max_step = 100.0});
+  ASSERT_TRUE(s.solved()) << s.message;
   const double lambda_x = s["lambda_x"].value, lambda_y = s["lambda_y"].value, T = s["final_time"].value;
   // As μ → H/L the costates grow like 1/(H/L − μ) and cancel in the time: each is good to its own bound.
   const double both = c.scene.span * s["lambda_x"].error_bound + c.scene.drop * s["lambda_y"].error_bound;
   EXPECT_NEAR(c.scene.span * lambda_x + c.scene.drop * lambda_y, 0.5 * T, both + s["final_time"].error_bound + 1e-14 * T);
   // Sensitivities are good to the tolerance of their integration, amplified by no more than the bounded condition.
-  const double lambda = std::max(std::abs(lambda_x), std::abs(lambda_y));  // λy goes through 0 on the way from L = 0 to H = 0
+  const double lambda = std::max(std::abs(lambda_x),
+                                 std::abs(lambda_y));  // λy goes through 0 on the way from L = 0 to H = 0
   EXPECT_NEAR(derivative_along(s, "final_time", {0.0, 1.0, 0.0, 0.0}), lambda_x, 1e-10 * lambda);
   EXPECT_NEAR(derivative_along(s, "final_time", {1.0, 0.0, 0.0, 0.0}), lambda_y, 1e-10 * lambda);
   EXPECT_NEAR(derivative_along(s, "final_time", {0.0, 0.0, 1.0, 0.0}) / (-0.5 * T / c.scene.gravity), 1.0, 1e-10);
@@ -96,7 +101,8 @@ TEST_P(CoulombReference, CostatesAreTheDerivativesOfTheTime) {
   for (const auto& [name, slope] : c.per_mu) {
     // The end slope changes by the turn of the wire times a sensitivity, however little it changes with μ.
     const double turn = name == "alphaF" ? s["alpha0"].value - s["alphaF"].value : 0.0;
-    EXPECT_NEAR(derivative_along(s, name, {0.0, 0.0, 0.0, 1.0}), slope, (1e-9 + rounding) * std::abs(slope) + 1e-12 * turn) << name;
+    EXPECT_NEAR(derivative_along(s, name, {0.0, 0.0, 0.0, 1.0}), slope, (1e-9 + rounding) * std::abs(slope) + 1e-12 * turn)
+        << name;
   }
 }
 
@@ -118,7 +124,8 @@ TEST(Coulomb, CostatesLeadToTheEndByTheClosedForm) {
     // The errors of the costates move the end; the shooting is conditioned within 5, so by about as much relatively.
     const double relative = 1e-10;
     EXPECT_NEAR(static_cast<double>(end.x / scene.span), 1.0, relative);
-    EXPECT_NEAR(static_cast<double>(end.y / scene.drop), 1.0, relative * scene.span / scene.drop * std::max(1.0, scene.drop / scene.span));
+    EXPECT_NEAR(static_cast<double>(end.y / scene.drop), 1.0,
+                relative * scene.span / scene.drop * std::max(1.0, scene.drop / scene.span));
     EXPECT_NEAR(static_cast<double>(end.t) / s.final_time(), 1.0, relative);
   }
 }
@@ -205,7 +212,9 @@ TEST(Coulomb, JacobianIsThatOfDifferences) {
     const Eigen::MatrixXd exact = shooting.jacobian(shooting.evaluate(y));
     const double h = 5e-3;  // h⁴/30 of the fifth derivative, 1e-13/h of the integration's error
     for (Eigen::Index j = 0; j < 2; ++j) {
-      const auto at = [&](double shift) { return shooting.residual(shooting.evaluate(y + shift * h * Eigen::Vector2d::Unit(j))); };
+      const auto at = [&](double shift) {
+        return shooting.residual(shooting.evaluate(y + shift * h * Eigen::Vector2d::Unit(j)));
+      };
       const Eigen::VectorXd difference = (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12.0 * h);
       EXPECT_LT((difference - exact.col(j)).cwiseAbs().maxCoeff(), 2e-10);
     }
@@ -217,7 +226,8 @@ TEST(Coulomb, LengthsAndGravityScaleTheSolution) {
   const Scene scene{1.3, 2.1, 9.81, 0.4};
   const Solution s = solved(scene, 1e-11);
   for (const auto& [length, gravity] : {std::pair{1e-5, 1.0}, {3e4, 1.0}, {1.0, 1e-4}, {1.0, 1e4}, {1e3, 1e-3}}) {
-    const Solution scaled = solved({scene.drop * length, scene.span * length, scene.gravity * gravity, scene.friction}, 1e-11);
+    const Solution scaled = solved({scene.drop * length, scene.span * length, scene.gravity * gravity, scene.friction},
+                                   1e-11);
     const double time = std::sqrt(length / gravity);
     EXPECT_NEAR(scaled.final_time() / (time * s.final_time()), 1.0, 1e-11);
     EXPECT_NEAR(scaled["lambda_x"].value * length / time / s["lambda_x"].value, 1.0, 1e-11);
@@ -229,7 +239,8 @@ TEST(Coulomb, LengthsAndGravityScaleTheSolution) {
 // Without friction the same equations give the cycloid, which has a closed form of its own.
 TEST(Coulomb, WithoutFrictionTheArcIsTheCycloid) {
   for (const double drop : {1e-3, 0.5, 7.0}) {
-    const Solution s = solve(coulomb::make_problem({drop, 1.0, 9.81, 0.0}), Eigen::Vector2d::Zero(), {.accuracy = 1e-11, .max_step = 100.0});
+    const Solution s = solve(coulomb::make_problem({drop, 1.0, 9.81, 0.0}), Eigen::Vector2d::Zero(),
+                             {.accuracy = 1e-11, .max_step = 100.0});
     ASSERT_TRUE(s.solved()) << s.message;
     const Cycloid c = cycloid(1.0, -drop, 0.0, 9.81).value();
     EXPECT_NEAR(s.final_time() / c.final_time, 1.0, 1e-11);
@@ -249,10 +260,30 @@ TEST(Coulomb, FollowingTheFrictionFromTheCycloidLeadsToTheSameSolution) {
   EXPECT_LT((path.y - solved(scene, 1e-10).y).norm(), 1e-6) << "follow() solves to 1e-7";
 }
 
+// What verifies a root would see one whose costates do not belong to its motion.
+TEST(Coulomb, PathChecksSeeAWrongExtremal) {
+  const Solution s = solved({5.0, 4.0, 9.81, 1.0}, 1e-10);
+  ArcPoint point = s.point(0.6 * s.final_time());
+  const auto hamiltonian = [&](const ArcRecord& record) {
+    point.record = &record;
+    return std::abs(s.problem->check(point, s.parameters).front().value);
+  };
+  const ArcRecord right = s.arcs.front().record;
+  EXPECT_LT(hamiltonian(right), 1e-14);
+  int noticed = 0;
+  for (std::size_t i = 0; i < right.constants.size(); ++i) {
+    ArcRecord wrong = right;
+    wrong.constants[i] *= 1.0 + 1e-6;
+    if (hamiltonian(wrong) > 1e-8) ++noticed;
+  }
+  EXPECT_EQ(noticed, 5) << "amplitude, r, the end angle and both costates; the units of x and of the work enter no H";
+}
+
 TEST(Coulomb, ProblemRefusesWhatIsNotAdmissible) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const Scene& bad : {Scene{1.0, 0.0, 9.81, 0.1}, Scene{1.0, 1.0, 0.0, 0.1}, Scene{1.0, 1.0, 9.81, 1.0}, Scene{1.0, 1.0, 9.81, -0.1},
-                           Scene{nan, 1.0, 9.81, 0.1}, Scene{1.0, nan, 9.81, 0.1}, Scene{1.0, 1.0, 9.81, nan}}) {
+  for (const Scene& bad :
+       {Scene{1.0, 0.0, 9.81, 0.1}, Scene{1.0, 1.0, 0.0, 0.1}, Scene{1.0, 1.0, 9.81, 1.0}, Scene{1.0, 1.0, 9.81, -0.1},
+        Scene{nan, 1.0, 9.81, 0.1}, Scene{1.0, nan, 9.81, 0.1}, Scene{1.0, 1.0, 9.81, nan}}) {
     EXPECT_THROW((void)coulomb::make_problem(bad), BadInput);
   }
 }

@@ -20,7 +20,8 @@ struct WireRate {
   double dx, dy, b;
 };
 
-/// A wire whose slope is its parameter, b = b_F q: dx = ρ sin b db, dy = ρ cos b db. The radius ρ is constant (circle) or ∝ sin b (cycloid).
+/// A wire whose slope is its parameter, b = b_F q: dx = ρ sin b db, dy = ρ cos b db. The radius ρ is constant (circle) or ∝
+/// sin b (cycloid).
 struct TurningWire {
   double end;     ///< b_F
   double radius;  ///< the largest
@@ -104,9 +105,9 @@ class Slide {
   /// Where the bead stops.
   [[nodiscard]] double stop() const {
     if (!moves()) return 0.0;
-    const auto at = [&](double q) { return square(q, 1.0 - q); };
+    const auto at = [&](double q) { return square_between(0.0, q); };  // beyond the stop it may be huge: nothing from there
     double moving = 0.5;
-    while (at(moving) <= 0.0) moving *= 0.5;
+    while (!(at(moving) > 0.0)) moving *= 0.5;  // far on, e^{2μb} of a large μ overflows
     return bracketed_root(at, moving, 1.0);
   }
 
@@ -132,8 +133,8 @@ TurningWire circle_wire(const Scene& s) {
 }
 
 TurningWire cycloid_wire(const Scene& s) {
-  const std::optional<Cycloid> free = cycloid(s.span, -s.drop, 0.0, s.gravity);
-  return {free->psi2, 1.0 / (s.gravity * free->lambda_x * free->lambda_x), true};
+  const Cycloid free = cycloid(s.span, -s.drop, 0.0, s.gravity).value();
+  return {free.psi2, 1.0 / (s.gravity * free.lambda_x * free.lambda_x), true};
 }
 
 /// The curve of [14] of [K], on which the motion is known in closed form: with it
@@ -172,8 +173,8 @@ struct Gladkov {
   }
 };
 
-/// The coefficient at which the bead just arrives, along a wire that does not depend on it. At every zero of the end's v² e^{2μb} it falls
-/// with μ, so there is one.
+/// The coefficient at which the bead just arrives, along a wire that does not depend on it. At every zero of the end's v²
+/// e^{2μb} it falls with μ, so there is one.
 template <class Wire>
 double finish_limit(const Wire& wire, const Scene& s) {
   const auto end_square = [&](double mu) { return Slide(wire, mu, s.gravity).end_square(); };
@@ -274,15 +275,15 @@ Descent descend(Curve curve, const Scene& scene, double epsilon) {
   if (curve == Curve::kurilin) return descend_kurilin(scene);
   if (curve == Curve::gladkov) return descend_gladkov(scene);
   Descent result;
-  with_wire(curve, scene, epsilon,
-            [&](const auto& wire) { result = slide_down(wire, scene, finish_limit(wire, scene)); });
+  with_wire(curve, scene, epsilon, [&](const auto& wire) { result = slide_down(wire, scene, finish_limit(wire, scene)); });
   return result;
 }
 
 std::vector<DescentPoint> descent_points(Curve curve, const Scene& scene, double epsilon, int cells) {
   const Descent descent = descend(curve, scene, epsilon);
   if (descent.end != Descent::End::arrives) {
-    throw BadInput(fmt::format("along the {} the bead does not arrive: admissible mu below {:.12g}", name_of(curve), descent.limit));
+    throw BadInput(
+        fmt::format("along the {} the bead does not arrive: admissible mu below {:.12g}", name_of(curve), descent.limit));
   }
   if (curve == Curve::kurilin) return kurilin_points(scene, kurilin(scene).value(), cells);
   std::vector<DescentPoint> points;

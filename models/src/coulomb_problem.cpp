@@ -15,11 +15,11 @@ namespace {
 template <class S>
 struct Extremal {
   S mu, gravity;
-  S turn, rest;          ///< φ_F and π − φ_F, each with all its digits
-  S sine, cosine;        ///< of φ_F
-  S half;                ///< σ = sin(φ_F/2)
-  S r, kappa;            ///< see the model
-  S A;                   ///< v = A h sin φ/r²
+  S turn, rest;                         ///< φ_F and π − φ_F, each with all its digits
+  S sine, cosine;                       ///< of φ_F
+  S half;                               ///< σ = sin(φ_F/2)
+  S r, kappa;                           ///< see the model
+  S A;                                  ///< v = A h sin φ/r²
   S time_unit, length_unit, work_unit;  ///< of the arc's quadratures
 
   Extremal(const S& logit, const S& scale, const S& span, const S& g, const S& friction) : mu(friction), gravity(g) {
@@ -105,13 +105,14 @@ class CoulombProblem final : public Problem {
     shot.report("alpha0", "rad", std::numbers::pi / 2);
     shot.report("alphaF", "rad", slope(e.sine, mu * e.sine + e.r * e.cosine));
     shot.report("end_speed", "m/s", speed);
-    shot.complete({}, {e.A.value, e.r.value, e.rest.value, e.lambda_x().value, e.lambda_y().value, e.length_unit.value,
-                       e.work_unit.value},
+    shot.complete({},
+                  {e.A.value, e.r.value, e.rest.value, e.lambda_x().value, e.lambda_y().value, e.length_unit.value,
+                   e.work_unit.value},
                   e.time_unit.value);
   }
 
   [[nodiscard]] std::vector<Column> columns() const override {
-    return {{"x", "m"},          {"y", "m"},          {"v", "m/s"},        {"alpha", "rad"},
+    return {{"x", "m"},          {"y", "m"},          {"v", "m/s"},          {"alpha", "rad"},
             {"lambda_x", "s/m"}, {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"normal", "m/s^2"}};
   }
 
@@ -129,8 +130,8 @@ class CoulombProblem final : public Problem {
     const std::vector<double>& c = point.record->constants;
     const double mu = p[friction_place], g = p[gravity_place];
     const double lambda_x = c[lambda_x_constant], lambda_y = c[lambda_y_constant];
-    // H as a function of the slope, z and λz held: H + 1 = z e^{μα}(λx cos α + λy sin α) + λz g (sin α − μ cos α) e^{−μα}. As μ → H/L its
-    // terms grow beyond bounds and cancel, so it is measured by their size.
+    // H as a function of the slope, z and λz held: H + 1 = z e^{μα}(λx cos α + λy sin α) + λz g (sin α − μ cos α) e^{−μα}.
+    // As μ → H/L its terms grow beyond bounds and cancel, so it is measured by their size.
     const auto hamiltonian = [&](double alpha) {
       const double sine = std::sin(alpha), cosine = std::cos(alpha), growth = std::exp(mu * (alpha - at.alpha));
       return at.v * growth * (lambda_x * cosine + lambda_y * sine) + at.lambda_v * g / growth * (sine - mu * cosine) - 1.0;
@@ -163,11 +164,13 @@ class CoulombProblem final : public Problem {
     return Jet::chain(x, y, std::atan2(y.value, x.value), -y.value / square, x.value / square);
   }
 
-  /// The closed relations between the speed, the slope, their costate and the angle φ of the arc; λv = h sin(φ_F − φ)/(g r sin φ_F).
+  /// The closed relations between the speed, the slope, their costate and the angle φ of the arc; λv = h sin(φ_F − φ)/(g r
+  /// sin φ_F).
   [[nodiscard]] static Observed observed(const ArcPoint& point, const std::vector<double>& p) {
     const std::vector<double>& c = point.record->constants;
     const double mu = p[friction_place], g = p[gravity_place], r = c[r_constant], rest = c[rest_constant];
-    // φ_F may be close to π, where angles lose their digits: there each sine is taken of the smaller of angle and supplement.
+    // φ_F may be close to π, where angles lose their digits: there each sine is taken of the smaller of angle and
+    // supplement.
     const double turn = point.record->parameter[0], gone = turn * point.own, left = turn * (1.0 - point.own);
     const bool wide = turn > 0.5 * std::numbers::pi, early = point.own < 0.5;
     const double sine = wide && !early ? std::sin(rest + left) : std::sin(gone);

@@ -45,7 +45,8 @@ class Family {
  public:
   explicit Family(const Scene& scene)
       : mu_(scene.friction),
-        fall_(std::fma(-mu_, scene.span, scene.drop) / scene.span), chord_(std::atan2(scene.span, scene.drop)) {}
+        fall_(std::fma(-mu_, scene.span, scene.drop) / scene.span),
+        chord_(std::atan2(scene.span, scene.drop)) {}
 
   /// b of the straight line to the end: every curve starts steeper.
   [[nodiscard]] double chord() const { return chord_; }
@@ -88,11 +89,11 @@ std::optional<Kurilin> kurilin(const Scene& scene) {
   if (!(scene.friction < largest_friction(scene))) return std::nullopt;
   constexpr double upright = std::numbers::pi / 2;
   if (scene.friction == 0.0) {
-    const std::optional<Cycloid> free = cycloid(scene.span, -scene.drop, 0.0, scene.gravity);
-    const double rate = scene.gravity * free->lambda_x;
+    const Cycloid free = cycloid(scene.span, -scene.drop, 0.0, scene.gravity).value();
+    const double rate = scene.gravity * free.lambda_x;
     const double end_speed = std::sqrt(2.0 * scene.gravity * scene.drop);
-    return Kurilin{upright, -free->theta2(), 2.0 * scene.gravity / (rate * rate), free->final_time, end_speed,
-                   1e-14, 1e-14, 1e-14};
+    return Kurilin{upright, -free.theta2(), 2.0 * scene.gravity / (rate * rate), free.final_time, end_speed, 1e-14,
+                   1e-14,   1e-14};
   }
   const Family family(scene);
   // Where b₀ is so small that the bead stops, the time falls towards larger b₀ as from infinity.
@@ -107,10 +108,15 @@ std::optional<Kurilin> kurilin(const Scene& scene) {
   const double rate = turning_rate(scene, best.x());
   // The stationarity condition, of terms of size 1/Δ, is known to rounding; b₀ and with it Δ to that over its slope.
   const double nearby = b0 + 1e-3 * (family.chord() - b0);
-  const double curvature = slope(nearby) / (nearby - b0);
+  const double curvature = std::abs(slope(nearby) / (nearby - b0));
   const double bound = 1e-15 * (b0 + *turn) + 4e-15 / (*turn * curvature);
-  return Kurilin{upright - b0, upright - b0 - *turn, 2.0 * scene.gravity / (rate * rate), *turn / rate,
-                 scene.gravity / rate * best.speed(*turn), bound + 1e-15, 1e-13 + curvature * bound * bound,
+  return Kurilin{upright - b0,
+                 upright - b0 - *turn,
+                 2.0 * scene.gravity / (rate * rate),
+                 *turn / rate,
+                 scene.gravity / rate * best.speed(*turn),
+                 bound + 1e-15,
+                 1e-13 + curvature * bound * bound,
                  1e-13 + 4.0 * bound / *turn};
 }
 

@@ -16,9 +16,9 @@ struct Integral {
   double change = 0.0;
 };
 
-/// ∫₀¹ f(q) dq by the double exponential rule q = 1/(1 + e^{−π sinh t}) (Takahasi & Mori, Publ. RIMS 9 (1974) 721–741), refined until
-/// the value rests. f(q, 1 − q) may have integrable singularities at both ends; it is given both distances with all their digits.
-/// S is a double or a dual number.
+/// ∫₀¹ f(q) dq by the double exponential rule q = 1/(1 + e^{−π sinh t}) (Takahasi & Mori, Publ. RIMS 9 (1974) 721–741),
+/// refined until the value rests. f(q, 1 − q) may have integrable singularities at both ends; it is given both distances
+/// with all their digits. S is a double or a dual number.
 template <class S = double, class F>
 Integral<S> integrate(const F& f) {
   constexpr double end = 3.9;  // q = 1e-33: what lies beyond is less than rounding also for f ~ 1/√q
@@ -44,8 +44,8 @@ Integral<S> integrate(const F& f) {
   return result;
 }
 
-/// The root of f between a and b, where f has different signs, to the last digit: inverse quadratic interpolation where it is safe,
-/// bisection elsewhere (Chandrupatla, Adv. Eng. Software 28 (1997) 145–149).
+/// The root of f between a and b, where f has different signs, to the last digit: inverse quadratic interpolation where it
+/// is safe, bisection elsewhere (Chandrupatla, Adv. Eng. Software 28 (1997) 145–149).
 template <class F>
 double bracketed_root(const F& f, double a, double b) {
   double fa = f(a), fb = f(b), c = a, fc = fa;

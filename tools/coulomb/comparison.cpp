@@ -2,6 +2,7 @@
 
 #include "common/command_line.hpp"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 namespace costate::coulomb {
@@ -36,15 +37,16 @@ int deliver_comparison(const tools::Heading& heading, const std::vector<Compared
   if (!optimum.solved()) return tools::deliver(heading, optimum, json, quiet, "");
   if (!quiet) {
     const double least = optimum["final_time"].value;
-    fmt::print("{}\n\n  {:<10}  {:>22}  {:>12}  {:>16}\n", heading.title, "curve", "final time [s]", "slower by [%]", "end speed [m/s]");
+    fmt::print("{}\n\n  {:<10}  {:>22}  {:>12}  {:>16}\n", heading.title, "curve", "final time [s]", "slower by [%]",
+               "end speed [m/s]");
     for (const Compared& row : all) {
       if (!row.outcome.solved()) {
         fmt::print("  {:<10}  {}\n", row.name, row.outcome.message);
         continue;
       }
       const double time = row.outcome["final_time"].value;
-      fmt::print("  {:<10}  {:>22.15g}  {:>13.6f}  {:>16.9g}\n", row.name, time, 100.0 * (time / least - 1.0),
-                 row.outcome["end_speed"].value);
+      const double slower = std::max(0.0, 100.0 * (time / least - 1.0));  // equal times differ by their errors
+      fmt::print("  {:<10}  {:>22.15g}  {:>13.6f}  {:>16.9g}\n", row.name, time, slower, row.outcome["end_speed"].value);
     }
   }
   return tools::exit_status(optimum.status);

@@ -12,15 +12,21 @@ using namespace costate;
 namespace {
 
 constexpr const char* description =
-    "Fastest descent of a bead from rest with Coulomb friction mu N, N = m (g cos(alpha) + v^2/R), and descent times along other\n"
+    "Fastest descent of a bead from rest with Coulomb friction mu N, N = m (g cos(alpha) + v^2/R), and descent times along "
+    "other\n"
     "curves (Kurilin 2025). Without flags: drop 5 m, span 4 m, mu = 0.3.";
 
 constexpr const char* conventions =
-    "y is measured down from the start, alpha is the slope below the horizontal. H = -1 + lambda_x v cos(alpha) + lambda_y v sin(alpha)\n"
-    "+ lambda_v g (sin(alpha) - mu cos(alpha)) = 0 is maximised with v exp(-mu alpha) and lambda_v exp(mu alpha) held; lambda_v is the\n"
-    "costate of v, lambda_v0 = 1/g at the start. There is an optimum for mu below mu_max = drop/span. mu = 0: the cycloid, in closed form.\n"
-    "Curves: kurilin (slope turning at a constant rate, its alpha0, alphaF, C = 2 g/alpha'^2 optimal), cycloid (that without friction),\n"
-    "parabola y/H = (1 + epsilon)(x/L) - epsilon (x/L)^2, circle (straight down at the start), gladkov (x' = cos^2(beta) exp(4 mu beta),\n"
+    "y is measured down from the start, alpha is the slope below the horizontal. H = -1 + lambda_x v cos(alpha) + lambda_y "
+    "v sin(alpha)\n"
+    "+ lambda_v g (sin(alpha) - mu cos(alpha)) = 0 is maximised with v exp(-mu alpha) and lambda_v exp(mu alpha) held; "
+    "lambda_v is the\n"
+    "costate of v, lambda_v0 = 1/g at the start. There is an optimum for mu below mu_max = drop/span. mu = 0: the cycloid, "
+    "in closed form.\n"
+    "Curves: kurilin (slope turning at a constant rate, its alpha0, alphaF, C = 2 g/alpha'^2 optimal), cycloid (that "
+    "without friction),\n"
+    "parabola y/H = (1 + epsilon)(x/L) - epsilon (x/L)^2, circle (straight down at the start), gladkov (x' = cos^2(beta) "
+    "exp(4 mu beta),\n"
     "y' = sin(beta) cos(beta) exp(4 mu beta); needs 2 mu <= drop/span). mu_finish: from there on the bead does not arrive.\n"
     "Exit status: 0 solved, 2 bad input, 3 the scene has no solution (or the bead stops), 4 not solved.";
 
@@ -76,7 +82,8 @@ int main(int argc, char** argv) {
       return coulomb::deliver_comparison(heading, coulomb::compare(scene, epsilon, options), line.json, line.quiet);
     }
     const std::optional<coulomb::Curve> wire = curve_of(curve);
-    const tools::Outcome outcome = wire ? coulomb::solve_curve(*wire, scene, epsilon) : coulomb::solve_scene(scene, options);
+    const tools::Outcome outcome = wire ? coulomb::solve_curve(*wire, scene, epsilon, !line.csv.empty())
+                                        : coulomb::solve_scene(scene, options);
     return tools::deliver(heading, outcome, line.json, line.quiet, line.csv);
   });
 }

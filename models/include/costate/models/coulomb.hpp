@@ -1,27 +1,28 @@
 /// \file
 /// The brachistochrone with Coulomb friction: a bead slides from rest down a wire, friction μN, in minimum time.
 ///
-/// y down, α the slope below the horizontal: x' = v cos α, y' = v sin α, v' = g sin α − μN/m, N/m = g cos α − v α' (the wire bends up,
-/// α' ≤ 0, and pushes). The speed is linear in α', so α cannot be a state and α' a control; with z = v e^{−μα} the rate α' is gone
-/// and the slope itself is the control (Ashby, Brittin, Love & Wyss, Am. J. Phys. 43 (1975) 902–906; Kurilin, arXiv:2501.18622 (2025),
-/// here [K], whose curve is not this optimum):
+/// y down, α the slope below the horizontal: x' = v cos α, y' = v sin α, v' = g sin α − μN/m, N/m = g cos α − v α' (the wire
+/// bends up, α' ≤ 0, and pushes). The speed is linear in α', so α cannot be a state and α' a control; with z = v e^{−μα} the
+/// rate α' is gone and the slope itself is the control (Ashby, Brittin, Love & Wyss, Am. J. Phys. 43 (1975) 902–906;
+/// Kurilin, arXiv:2501.18622 (2025), here [K], whose curve is not this optimum):
 ///
 ///     x' = z e^{μα} cos α,   y' = z e^{μα} sin α,   z' = g (sin α − μ cos α) e^{−μα}.
 ///
-/// H = −1 + λ·f is maximised over α ∈ [−π/2, π/2] and vanishes; λx, λy are constant, λz(t_f) = 0, and λv = λz e^{−μα} is the costate
-/// of v. The bead starts straight down, α(0) = π/2, for every μ, with λv(0) = 1/g. A minimum exists iff μ < H/L.
+/// H = −1 + λ·f is maximised over α ∈ [−π/2, π/2] and vanishes; λx, λy are constant, λz(t_f) = 0, and λv = λz e^{−μα} is the
+/// costate of v. The bead starts straight down, α(0) = π/2, for every μ, with λv(0) = 1/g. A minimum exists iff μ < H/L.
 ///
-/// **What is integrated.** Along the extremal, with tan α = μ + r cot φ, the angle φ runs from 0 to φ_F ∈ (0, π), and everything is
-/// smooth in it, whatever the scene:
+/// **What is integrated.** Along the extremal, with tan α = μ + r cot φ, the angle φ runs from 0 to φ_F ∈ (0, π), and
+/// everything is smooth in it, whatever the scene:
 ///
 ///     h² = sin²φ + (μ sin φ + r cos φ)²,   v = A h sin φ / r²,   cos α = sin φ / h,   sin α = (μ sin φ + r cos φ) / h,
 ///     G = 2h² − r² = r² + 4μr sin φ sin(φ_F − φ) / sin φ_F ≥ r²,
 ///     dt/dφ = A G/(g r³),   dx/dφ = A² G sin²φ/(g r⁵),   g (y − μx) = v²/2 + μ ∫ v² |dα|,   v² |dα|/dφ = A² sin²φ/r³,
 ///     r = μ cot φ_F + √(1 + μ²/sin²φ_F),   λx = (1 + μ² + r²)/(2A),   λy = r cot φ_F / A.
 ///
-/// (From H = 0 and H_α = 0: cos α/v = P is quadratic in tan α, P ∝ (tan α − μ)² + r²; φ is the substitution that integrates it. The last of
-/// the five integrals is the work of friction against gravity: all its terms are positive, so y − μx keeps its digits as μ → H/L.)
-/// No state is left: the arc is three quadratures over s = φ/φ_F. As μ → 0, φ is the angle from straight down, r = 1: the cycloid.
+/// (From H = 0 and H_α = 0: cos α/v = P is quadratic in tan α, P ∝ (tan α − μ)² + r²; φ is the substitution that integrates
+/// it. The last of the five integrals is the work of friction against gravity: all its terms are positive, so y − μx keeps
+/// its digits as μ → H/L.) No state is left: the arc is three quadratures over s = φ/φ_F. As μ → 0, φ is the angle from
+/// straight down, r = 1: the cycloid.
 #pragma once
 
 #include <costate/pontryagin.hpp>
@@ -56,8 +57,8 @@ struct SlidingBead {
 
 /// The slope that maximises H. With β = π/2 − α and E = e^{2μα}, H_α = 0 reads
 ///     tan β = z E (λx − μλy) / (z E (λy + μλx) + g (1 + μ²) λz),
-/// whose right-hand side falls as β grows where λx > μλy: one root, found by bisection; Newton steps on the scalar asked for then
-/// carry the derivatives.
+/// whose right-hand side falls as β grows where λx > μλy: one root, found by bisection; Newton steps on the scalar asked for
+/// then carry the derivatives.
 struct FastestSlope {
   template <class S>
   Vec<S, 1> control(const Vec<S, 3>& q, const Vec<S, 3>& costate, const Vec<S, 2>& p) const {
@@ -84,8 +85,8 @@ struct FastestSlope {
   }
 };
 
-/// The arc as it is integrated, in s = φ/φ_F ∈ (0, 1): no state, p = (φ_F, κ) with κ = 2(μ/r) tan(φ_F/2), and
-/// w' = ((sin φ/σ)² γ, (sin φ/σ)², γ) with σ = sin(φ_F/2), γ = (1 + κ sin φ sin(φ_F − φ)/σ²)/(1 + κ) ≤ 1: x, the work of friction and
+/// The arc as it is integrated, in s = φ/φ_F ∈ (0, 1): no state, p = (φ_F, κ) with κ = 2(μ/r) tan(φ_F/2), and w' = ((sin
+/// φ/σ)² γ, (sin φ/σ)², γ) with σ = sin(φ_F/2), γ = (1 + κ sin φ sin(φ_F − φ)/σ²)/(1 + κ) ≤ 1: x, the work of friction and
 /// the time, in units in which all are of order one for every scene.
 struct SlidingArc {
   static constexpr int states = 0, parameters = 2, quadratures = 3;
@@ -104,9 +105,9 @@ enum ScenePlace : std::size_t { drop_place, span_place, gravity_place, friction_
 
 /// The shooting problem of a scene with H > μL > 0.
 ///
-/// Unknowns: turn = ln(φ_F/(π − φ_F)) and scale = ln(A² φ_F σ² (1 + κ) / (g L r³)), the latter ln of x_f/L over its quadrature. Rows:
-/// ln(x_f/L) and ln((y_f − μx_f)/(H − μL)). Both rows are nearly linear in the unknowns however far off they are, so Newton's method
-/// converges from (0, 0) for every scene, and the condition of the Jacobian is bounded.
+/// Unknowns: turn = ln(φ_F/(π − φ_F)) and scale = ln(A² φ_F σ² (1 + κ) / (g L r³)), the latter ln of x_f/L over its
+/// quadrature. Rows: ln(x_f/L) and ln((y_f − μx_f)/(H − μL)). Both rows are nearly linear in the unknowns however far off
+/// they are, so Newton's method converges from (0, 0) for every scene, and the condition of the Jacobian is bounded.
 ///
 /// Reports: final_time, lambda_x, lambda_y, lambda_v0, alpha0, alphaF, end_speed.
 /// \throws BadInput unless span and gravity are positive and 0 ≤ μ < H/L.

@@ -5,7 +5,8 @@
 ///
 ///     v² e^{2μb} = 2g ∫ e^{2μb} (dy − μ dx),   T = ∫ ds/v.
 ///
-/// The integrand of the first changes its sign at most once, so v vanishes inside the wire only if it would be imaginary at the end.
+/// The integrand of the first changes its sign at most once, so v vanishes inside the wire only if it would be imaginary at
+/// the end.
 #pragma once
 
 #include <costate/models/coulomb.hpp>
@@ -20,7 +21,7 @@ enum class Curve {
   cycloid,   ///< [K] (15): the brachistochrone without friction, its cusp at the start
   parabola,  ///< [K] (50): y/H = (1 + ε)(x/L) − ε(x/L)², ε ≥ 0
   circle,    ///< an arc that starts straight down, of radius (L² + H²)/(2L); a quarter circle if H = L
-  gladkov,   ///< x = k ∫ sin²b e^{−4μb} db, y = k ∫ sin b cos b e^{−4μb} db from b = 0, [14] of [K]; there is one iff 2μ ≤ H/L
+  gladkov,  ///< [14] of [K]: x = k ∫ sin²b e^{−4μb} db, y = k ∫ sin b cos b e^{−4μb} db from b = 0; exists iff 2μ ≤ H/L
 };
 inline constexpr Curve curves[] = {Curve::kurilin, Curve::cycloid, Curve::parabola, Curve::circle, Curve::gladkov};
 [[nodiscard]] const char* name_of(Curve curve);
@@ -38,9 +39,9 @@ struct Descent {
     no_curve,  ///< the family has no curve through both points
   };
   End end = End::no_curve;
-  double final_time = 0.0, end_speed = 0.0;  ///< if it arrives
+  double final_time = 0.0, end_speed = 0.0;                       ///< if it arrives
   double time_bound = 0.0, speed_bound = 0.0, angle_bound = 0.0;  ///< of the errors of times, speeds and slopes
-  double alpha0 = 0.0, alphaF = 0.0;         ///< slopes of the wire at both ends
+  double alpha0 = 0.0, alphaF = 0.0;                              ///< slopes of the wire at both ends
   double stop_x = 0.0, stop_y = 0.0;
   double limit = 0.0;  ///< the coefficient from which on the bead does not arrive (gladkov: above which there is no curve)
 };
@@ -49,10 +50,11 @@ struct Descent {
 [[nodiscard]] Descent descend(Curve curve, const Scene& scene, double epsilon = 0.6);
 
 /// Points of a descent that arrives, `cells` + 1 of them. \throws BadInput as descend, or if it does not arrive.
-[[nodiscard]] std::vector<DescentPoint> descent_points(Curve curve, const Scene& scene, double epsilon = 0.6, int cells = 100);
+[[nodiscard]] std::vector<DescentPoint> descent_points(Curve curve, const Scene& scene, double epsilon = 0.6,
+                                                       int cells = 100);
 
-/// The curve that [K] takes for the brachistochrone: its slope turns at a constant rate, α' = −ω, while the bead slides down it from
-/// rest. With θ = b − b₀ and tan m = μ,
+/// The curve that [K] takes for the brachistochrone: its slope turns at a constant rate, α' = −ω, while the bead slides down
+/// it from rest. With θ = b − b₀ and tan m = μ,
 ///
 ///     v = (g/ω) V,  V = sin(b + 2m) − e^{−μθ} sin(b₀ + 2m),   x = (g/ω²) ∫ V sin b db,   g(y − μx) = v²/2 + μ ∫ v² db.
 ///
@@ -61,8 +63,9 @@ struct Kurilin {
   double alpha0, alphaF;  ///< rad
   double C;               ///< m
   double final_time, end_speed;
-  double angle_bound;                ///< of the errors of the slopes, rad
-  double time_bound, relative_bound;  ///< of the relative errors of the time, in which b₀ is stationary, and of C and the speed
+  double angle_bound;     ///< of the errors of the slopes, rad
+  double time_bound;      ///< of the relative error of the time, in which b₀ is stationary
+  double relative_bound;  ///< of the relative errors of C and the speed
 };
 
 /// The fastest curve of that family; none if μ ≥ H/L. \throws BadInput as descend.
