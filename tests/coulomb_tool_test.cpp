@@ -19,7 +19,7 @@ using tools::Ended;
 
 class CoulombTool : public tools::ToolTest {
  protected:
-  CoulombTool() : ToolTest(COSTATE_COULOMB) {}
+  CoulombTool() : ToolTest(COSTATE_TOOL) {}
 
   json solved_json(Arguments arguments) {
     arguments.emplace_back("--json");

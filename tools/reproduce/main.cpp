@@ -10,7 +10,7 @@
 
 using namespace costate;
 using reproduce::Paper;
-using reproduce::Row;
+using reproduce::Comparison;
 
 namespace {
 
@@ -18,15 +18,15 @@ constexpr const char* description =
     "Solves the cases of the papers the models come from and prints their numbers beside the computed ones.\n"
     "Exit status: 0 every row agrees or is a known misprint, 4 one is neither, 2 bad input.";
 
-std::string computed_text(const Row& row) { return row.computed ? fmt::format("{:.{}g}", *row.computed, reproduce::shown_digits) : "-"; }
-std::string digits_text(const Row& row) { return row.digits ? fmt::format("{}", *row.digits) : ""; }
+std::string computed_text(const Comparison& row) { return row.computed ? fmt::format("{:.{}g}", *row.computed, reproduce::shown_digits) : "-"; }
+std::string digits_text(const Comparison& row) { return row.digits ? fmt::format("{}", *row.digits) : ""; }
 
-void print_table(const std::vector<Paper>& papers, const std::vector<Row>& rows, bool markdown) {
+void print_table(const std::vector<Paper>& papers, const std::vector<Comparison>& rows, bool markdown) {
   const char* line = markdown ? "| {} | {} | {} | {} | {} | {} | {} | {} |\n"
                               : "{:<4} {:<34}  {:<13}  {:<6}  {:>20}  {:>20}  {:>6}  {}\n";
   fmt::print(fmt::runtime(line), "", "place", "quantity", "unit", "printed", "computed", "digits", "verdict");
   if (markdown) fmt::print("|---|---|---|---|---|---|---|---|\n");
-  for (const Row& row : rows) {
+  for (const Comparison& row : rows) {
     fmt::print(fmt::runtime(line), row.paper->key, row.printed->place, row.printed->quantity, row.printed->unit,
                row.printed->value, computed_text(row), digits_text(row), row.verdict);
   }
@@ -35,9 +35,9 @@ void print_table(const std::vector<Paper>& papers, const std::vector<Row>& rows,
   for (const Paper& paper : papers) fmt::print("{} {}: {}\n    ({})\n", paper.key, paper.paper, paper.title, paper.note);
 }
 
-nlohmann::ordered_json to_json(const std::vector<Row>& rows) {
+nlohmann::ordered_json to_json(const std::vector<Comparison>& rows) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Row& row : rows) {
+  for (const Comparison& row : rows) {
     nlohmann::ordered_json entry{{"paper", row.paper->paper},
                                  {"place", row.printed->place},
                                  {"quantity", row.printed->quantity},
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
     std::vector<Paper> papers;
     for (const char* text : reproduce::papers) papers.push_back(reproduce::parse(text));
     reproduce::Cases cases(1e-11);
-    std::vector<Row> rows;
+    std::vector<Comparison> rows;
     for (const Paper& paper : papers) {
       for (const auto& printed : paper.rows) rows.push_back(reproduce::compare(paper, printed, cases));
     }
@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
     } else {
       print_table(papers, rows, markdown);
     }
-    const auto unexpected = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return !row.expected; });
+    const auto unexpected = std::count_if(rows.begin(), rows.end(), [](const Comparison& row) { return !row.expected; });
     if (unexpected == 0) return tools::exit_solved;
     fmt::print(stderr, "costate-reproduce: {} of {} rows neither agree nor are known misprints\n", unexpected, rows.size());
     return tools::exit_failed;

@@ -45,8 +45,8 @@ Paper parse(const std::string& text) {
   return paper;
 }
 
-Row compare(const Paper& paper, const Printed& printed, Cases& cases) {
-  Row row{.paper = &paper, .printed = &printed};
+Comparison compare(const Paper& paper, const Printed& printed, Cases& cases) {
+  Comparison row{.paper = &paper, .printed = &printed};
   const Computed& computed = cases(printed.source);
   if (const auto found = computed.find(printed.quantity); found != computed.end()) {
     row.computed = found->second.value;

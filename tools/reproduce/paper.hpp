@@ -37,16 +37,16 @@ struct Paper {
 [[nodiscard]] Paper parse(const std::string& json);
 
 /// A printed number beside the computed one.
-struct Row {
+struct Comparison {
   const Paper* paper = nullptr;
   const Printed* printed = nullptr;
-  std::optional<double> computed;  ///< none: the bead does not arrive
+  std::optional<double> computed{};  ///< none: the bead does not arrive
   double error_bound = 0.0;
-  std::optional<int> digits;  ///< that agree; none where one of the two is no number
-  std::string verdict;  ///< agrees; misprint: …; not optimal: true minimum …; or differs
+  std::optional<int> digits{};  ///< that agree; none where one of the two is no number
+  std::string verdict{};  ///< agrees; misprint: …; not optimal: true minimum …; or differs
   bool expected = false;  ///< agrees, or differs as the committed list of misprints says
 };
 
-[[nodiscard]] Row compare(const Paper& paper, const Printed& printed, Cases& cases);
+[[nodiscard]] Comparison compare(const Paper& paper, const Printed& printed, Cases& cases);
 
 }  // namespace costate::reproduce
