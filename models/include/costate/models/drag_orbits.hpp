@@ -1,0 +1,226 @@
+/// \file
+/// The extremals of the bead with drag, reduced to quadratures.
+///
+/// Everything here is in units with g = 1. On an extremal λx, λy and H = 0 are constants, and H = N − 1 + λv K(v) with
+/// N = |(vλx, vλy − λv)|. Squared, H = 0 is a quadratic for λv at given v, whose discriminant is a polynomial in s = v²,
+///
+///     (N v')² = D(s) = (1 − λy m)² − λx² (s − m²) = c₀ + c₁ s + c₂ s² + c₃ s³ + c₄ s⁴,   m = v K(v) = −μ s + β s²,
+///
+/// so λv = (A + N v') / (1 − K²) with A = v λy − K: the larger root while the bead gains speed, the smaller while it loses it.
+/// With dη = dv/(h N v') for a variable η that suits the orbit, nothing is left to integrate but
+///
+///     dt = N h dη,   dx = v² λx h dη,   dy = v (v λy − λv) h dη.
+///
+/// A steady motion (v' = λv' = 0) is a double root of D and a saddle of the flow in (v, λv): a long way is travelled close to it,
+/// for a time that grows with the logarithm of the distance. Integrated in time an extremal then loses all its digits; here
+/// that logarithm is an unknown. Three families of orbits cover what occurs, by how D behaves between the ends:
+/// D has a simple root where the speed is largest (TurningOrbit); D is small but has none (PassingOrbit); D is not small
+/// (MonotoneOrbit).
+#pragma once
+
+#include <costate/field.hpp>
+
+namespace costate::drag {
+
+/// K(v) = −μ v + β v³.
+template <class S>
+struct Friction {
+  S mu, beta;
+  S force(const S& v) const { return v * (beta * v * v - mu); }
+  S slope(const S& v) const { return 3.0 * beta * v * v - mu; }
+};
+
+/// (1 − e^{−z})/z, 1 at z = 0.
+template <class S>
+S relative_decay(const S& z) {
+  if (std::abs(primal(z)) > 0.5) return (1.0 - exp(-z)) / z;
+  S sum(1.0), term(1.0);
+  for (int k = 2; k < 18; ++k) {
+    term = term * (-z) * (1.0 / k);
+    sum = sum + term;
+  }
+  return sum;
+}
+
+/// What every orbit has: its constants.
+template <class S>
+struct Constants {
+  Friction<S> friction;
+  S lambda_x, lambda_y;
+
+  S square() const { return lambda_x * lambda_x + lambda_y * lambda_y; }
+  /// The speed at which λv = 0.
+  S end_speed() const { return 1.0 / sqrt(square()); }
+  S discriminant(const S& s) const {
+    const S m = s * (friction.beta * s - friction.mu);
+    const S one = 1.0 - lambda_y * m;
+    return one * one - lambda_x * lambda_x * (s - m * m);
+  }
+  S c2() const { return square() * friction.mu * friction.mu - 2.0 * lambda_y * friction.beta; }
+  S c3() const { return -2.0 * square() * friction.mu * friction.beta; }
+  S c4() const { return square() * friction.beta * friction.beta; }
+};
+
+/// A point of an orbit. `excess` is v²(λx² + λy²) − 1, given apart because it vanishes at the end.
+template <class S>
+struct OrbitPoint {
+  S v;
+  S rate;    ///< N v'
+  S weight;  ///< h
+  S lambda_v;
+  S normal;  ///< N = 1 − λv K
+  S across;  ///< v λy − λv; the slope θ is the direction of (v λx, v λy − λv)
+
+  OrbitPoint(const Constants<S>& constants, const S& speed, const S& rate_, const S& excess, const S& weight_)
+      : v(speed), rate(rate_), weight(weight_) {
+    const S K = constants.friction.force(v);
+    const S A = v * constants.lambda_y - K;
+    // Of the two forms of the root the one that adds numbers of the same sign.
+    lambda_v = primal(A) * primal(rate) >= 0.0 ? (A + rate) / (1.0 - K * K) : excess / (A - rate);
+    normal = 1.0 - lambda_v * K;
+    across = v * constants.lambda_y - lambda_v;
+  }
+};
+
+/// An orbit that turns: it gains speed up to v₁, where v' = 0 and sin θ = K(v₁), and loses speed from there on. Either part may
+/// be missing; then the turning point lies outside the path.
+///
+/// Constants: v₁ and the end slope r, which is tan θ₂ without friction; λv(v₁) = (1 − e^{−z})/c with c = −v₁K'(v₁), z = c r, so that
+/// z → ∞ at the steady motion. Variable: v = v₁/√(1 + S²), S = κ sinh η, S < 0 while speed is gained (without friction S = tan θ).
+/// With s₁ = v₁², ζ² = s₁ − s, D = ζ² (d + D₂ ζ² − D₃ ζ⁴ + D₄ ζ⁶), d = −D'(s₁) = (1 − K₁²) N₁ e^{−z}/s₁, and κ² = d/(d + D₂ s₁)
+/// (1 if D₂ < 0) the weight is smooth and of order one, however small d: κ enters by its logarithm only.
+template <class S>
+struct TurningOrbit {
+  Constants<S> constants;
+  S v1, d, scale, log_kappa;
+  S D2, D3, D4;
+  S end_slope;  ///< S at the end: λv(v₁) √(1 − K₁²)
+
+  TurningOrbit(const S& top_speed, const S& r, const Friction<S>& friction) : v1(top_speed) {
+    const S K = friction.force(v1), s = v1 * v1;
+    const S z = -(v1 * friction.slope(v1)) * r;
+    const S lambda_v = r * relative_decay(z);
+    const S N = 1.0 - lambda_v * K;
+    const S cosine = sqrt((1.0 - K) * (1.0 + K));
+    constants = {friction, N * cosine / v1, (N * K + lambda_v) / v1};
+    end_slope = lambda_v * cosine;
+    D2 = constants.c2() + s * (3.0 * constants.c3() + 6.0 * constants.c4() * s);
+    D3 = constants.c3() + 4.0 * constants.c4() * s;
+    D4 = constants.c4();
+    const S log_d = log(cosine * cosine * N / s) - z;
+    d = exp(log_d);
+    scale = primal(D2) > 0.0 ? d + D2 * s : d;
+    log_kappa = 0.5 * (log_d - log(scale));
+  }
+
+  /// η at a given S.
+  S variable(const S& slope) const {
+    const double side = primal(slope) < 0.0 ? -1.0 : 1.0;
+    const S size = side * slope;
+    return side * (log(size + sqrt(size * size + exp(2.0 * log_kappa))) - log_kappa);
+  }
+
+  OrbitPoint<S> at(const S& eta) const {
+    const S up = 0.5 * exp(eta + log_kappa), down = 0.5 * exp(log_kappa - eta);
+    const S slope = up - down;
+    const S fall = exp(primal(eta) < 0.0 ? 2.0 * eta : -2.0 * eta);
+    const S tanh_square = (1.0 - fall) * (1.0 - fall) / ((1.0 + fall) * (1.0 + fall));
+    const S spread = 1.0 + slope * slope;
+    const S v = v1 / sqrt(spread);
+    const S zeta2 = v * v * slope * slope;
+    const S D234 = D2 - zeta2 * (D3 - D4 * zeta2);
+    const S weight = 1.0 / (spread * sqrt(scale * (1.0 - tanh_square) + tanh_square * v * v * D234));
+    const S rate = -(v * slope * sqrt(d + zeta2 * D234));
+    return {constants, v, rate, (end_slope - slope) * (end_slope + slope) / spread, weight};
+  }
+};
+
+/// An orbit that passes the steady motion losing speed throughout: from above it to below it.
+///
+/// Constants: the speed v_A at which D is least, and z, with v' = −ε there, ε = c e^{−z}, c = −v_A K'(v_A) > 0. From D'(v_A) = 0
+/// follows λv(v_A) = (1 − K² − ε(c + K + ε)) / (c(1 − K²) − εK(2c + ε)), which is 1/c at the steady motion. With δ = v_A − v,
+/// D = N²ε² + E₂ δ² + δ³ F(δ), and the variable is η in δ = κ sinh η, κ = Nε/√E₂.
+template <class S>
+struct PassingOrbit {
+  Constants<S> constants;
+  S v_A, E2, D2, D3, D4;
+  S log_kappa;
+  S end_speed;
+
+  PassingOrbit(const S& speed, const S& z, const Friction<S>& friction) : v_A(speed) {
+    const S K = friction.force(v_A), s = v_A * v_A;
+    const S c = -(v_A * friction.slope(v_A));
+    const S epsilon = c * exp(-z);
+    const S sine = K + epsilon, rest = (1.0 - K) * (1.0 + K);
+    const S lambda_v = (rest - epsilon * (c + sine)) / (c * rest - epsilon * K * (2.0 * c + epsilon));
+    const S N = 1.0 - lambda_v * K;
+    constants = {friction, N * sqrt((1.0 - sine) * (1.0 + sine)) / v_A, (N * sine + lambda_v) / v_A};
+    end_speed = constants.end_speed();
+    D2 = constants.c2() + s * (3.0 * constants.c3() + 6.0 * constants.c4() * s);
+    D3 = constants.c3() + 4.0 * constants.c4() * s;
+    D4 = constants.c4();
+    E2 = 4.0 * s * D2;
+    log_kappa = log(N * c) - z - 0.5 * log(E2);
+  }
+
+  /// η at a given speed.
+  S variable(const S& v) const {
+    const double side = primal(v) > primal(v_A) ? -1.0 : 1.0;
+    const S size = side * (v_A - v);
+    return side * (log(size + sqrt(size * size + exp(2.0 * log_kappa))) - log_kappa);
+  }
+
+  OrbitPoint<S> at(const S& eta) const {
+    const S up = 0.5 * exp(eta + log_kappa), down = 0.5 * exp(log_kappa - eta);
+    const S delta = up - down, v = v_A - delta;
+    const S fall = exp(primal(eta) < 0.0 ? 2.0 * eta : -2.0 * eta);
+    const S tanh_square = (1.0 - fall) * (1.0 - fall) / ((1.0 + fall) * (1.0 + fall));
+    const S sum = v_A + v;
+    const S F = D2 * (delta - 4.0 * v_A) - sum * sum * sum * (D3 - D4 * delta * sum);
+    const S density = sqrt(E2 + tanh_square * delta * F);
+    return {constants, v, -(density * (up + down)), (v - end_speed) * (v + end_speed) * constants.square(), 1.0 / density};
+  }
+};
+
+/// An orbit whose speed changes in one sense throughout, far from a steady motion. Constants: the end speed v_f and the end slope
+/// θ_f, so (λx, λy) = (cos θ_f, sin θ_f)/v_f. Variable: v. The sense is that of v' = K(v_f) − sin θ_f at the end.
+template <class S>
+struct MonotoneOrbit {
+  Constants<S> constants;
+  S end_speed;
+  double sense;
+
+  MonotoneOrbit(const S& v_f, const S& theta_f, const Friction<S>& friction)
+      : constants{friction, cos(theta_f) / v_f, sin(theta_f) / v_f},
+        end_speed(v_f),
+        sense(primal(friction.force(v_f)) > std::sin(primal(theta_f)) ? 1.0 : -1.0) {}
+
+  OrbitPoint<S> at(const S& v) const {
+    const S rate = sense * sqrt(constants.discriminant(v * v));
+    return {constants, v, rate, (v - end_speed) * (v + end_speed) / (end_speed * end_speed), 1.0 / rate};
+  }
+};
+
+/// d(x, y, t)/dη along an orbit.
+template <template <class> class Orbit, class S>
+Rates<S, 0, 3> rates_along(const Orbit<S>& orbit, const S& eta) {
+  const OrbitPoint<S> point = orbit.at(eta);
+  const S way = point.v * point.weight;
+  return {{}, {way * point.v * orbit.constants.lambda_x, way * point.across, point.normal * point.weight}};
+}
+
+/// An orbit as an arc without states: p = (its two constants, μ, β), w = (x, y, t), variable η.
+template <template <class> class Orbit>
+struct OrbitArc {
+  static constexpr int states = 0, parameters = 4, quadratures = 3;
+  template <class S>
+  static Orbit<S> orbit(const Vec<S, 4>& p) {
+    return Orbit<S>(p[0], p[1], Friction<S>{p[2], p[3]});
+  }
+  template <class S>
+  Rates<S, 0, 3> rates(const S& eta, const Vec<S, 0>&, const Vec<S, 4>& p) const {
+    return rates_along(orbit(p), eta);
+  }
+};
+
+}  // namespace costate::drag
