@@ -1,5 +1,7 @@
 #include "extremal_search.hpp"
 
+#include <costate/models/gauss.hpp>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -29,12 +31,6 @@ struct Reached {
     return forward && primal(x) > 0.0 && isfinite(x) && isfinite(y) && isfinite(t);
   }
 };
-
-/// Gauss's rule with eight nodes on (−1, 1).
-constexpr std::array<std::array<double, 2>, 4> gauss{{{0.1834346424956498, 0.3626837833783620},
-                                                      {0.5255324099163290, 0.3137066458778873},
-                                                      {0.7966664774136267, 0.2223810344533745},
-                                                      {0.9602898564975363, 0.1012285362903763}}};
 
 /// ∫ from `outer` to `inner`, times `sign`, on panels that grow: the integrand varies at the outer end and settles towards the inner.
 template <class Orbit, class S>
@@ -72,7 +68,7 @@ Reached<S> travel(const Orbit& orbit, const S& start, const S& end) {
 template <class S>
 Reached<S> travel(const MonotoneOrbit<S>& orbit, const S& start, const S& end) {
   Reached<S> sum;
-  constexpr int panels = 4;
+  constexpr int panels = 24;
   for (int i = 0; i < panels; ++i) {
     for (const auto& [node, weight] : gauss) {
       for (const double side : {-1.0, 1.0}) {

@@ -110,6 +110,9 @@ struct Guess {
 /// Reports: final_time, lambda_x, lambda_y, lambda_v0, theta1, theta2, v_f.
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Guess& guess);
 
+/// The family of a problem that make_problem made. \throws BadInput for another problem.
+[[nodiscard]] Family family_of(const Problem& problem);
+
 /// The unknowns of that problem at a guess.
 [[nodiscard]] Eigen::VectorXd unknowns(const Guess& guess);
 

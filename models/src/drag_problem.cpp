@@ -1,0 +1,211 @@
+#include "drag_problem.hpp"
+
+#include <costate/error.hpp>
+#include <costate/models/gauss.hpp>
+
+#include <cmath>
+
+namespace costate::drag {
+
+namespace {
+
+/// The direction of (x, y), rad.
+Jet direction(const Jet& y, const Jet& x) {
+  const double square = x.value * x.value + y.value * y.value;
+  return Jet::chain(y, x, std::atan2(y.value, x.value), x.value / square, -y.value / square);
+}
+
+Scaled<double> scaled(const std::vector<double>& p) {
+  return Scaled<double>([&](std::size_t i) { return p[i]; });
+}
+
+/// η at both ends of the path of a guess.
+std::array<double, 2> ends(const Scaled<double>& scene, const Guess& guess) {
+  switch (guess.family) {
+    case Family::turning: {
+      const TurningOrbit<double> orbit(scene.v0 * std::hypot(1.0, guess.first), guess.second, scene.friction);
+      return {orbit.variable(guess.first), orbit.variable(orbit.end_slope)};
+    }
+    case Family::passing: {
+      const PassingOrbit<double> orbit(guess.first, guess.second, scene.friction);
+      return {orbit.variable(scene.v0), orbit.variable(orbit.end_speed)};
+    }
+    case Family::monotone: return {scene.v0, guess.first};
+  }
+  return {};
+}
+
+}  // namespace
+
+DragProblem::DragProblem(const Scene& scene, const Guess& guess) : family_(guess.family) {
+  const std::vector<double> values = drag::parameters(scene);
+  const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},    {"y", "m"},       {"speed", "m/s"},
+                                                               {"mu", "1/s"}, {"beta", "s/m^2"}, {"gravity", "m/s^2"}};
+  for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
+
+  const auto scale = [](double value) { return std::max(1.0, std::abs(value)); };
+  switch (family_) {
+    case Family::turning:
+      unknowns_ = {{.name = "start_slope", .scale = scale(guess.first)}, {.name = "end_slope", .scale = scale(guess.second)}};
+      break;
+    case Family::passing:
+      unknowns_ = {{.name = "passing_speed", .scale = guess.first, .lower = 0.0},
+                   {.name = "closeness", .scale = scale(guess.second)}};
+      break;
+    case Family::monotone:
+      unknowns_ = {{.name = "end_speed", .scale = guess.first, .lower = 0.0},
+                   {.name = "end_inclination", .lower = -std::numbers::pi / 2, .upper = std::numbers::pi / 2}};
+      break;
+  }
+  unknowns_.push_back({.name = "duration", .scale = guess.final_time, .lower = 0.0});
+  for (const char* name : {"x where the arcs meet", "y where the arcs meet"}) rows_.push_back({name});
+  rows_.push_back({"time where the arcs meet", guess.final_time});
+
+  if (family_ != Family::monotone) {
+    const auto [start, end] = ends(scaled(values), guess);
+    const double meeting = meeting_point(start, end);
+    arcs_ = meeting == end ? Arcs::from_start : meeting == start ? Arcs::from_end : Arcs::from_both;
+  }
+  structure_ = arcs_ == Arcs::from_both ? std::vector<std::string>{"approach", "departure"} : std::vector<std::string>{"free"};
+}
+
+void DragProblem::shoot(Shot& shot) const {
+  const Scaled<Jet> scene([&](std::size_t i) { return shot.parameter(i); });
+  const Jet &first = shot.unknown(0), &second = shot.unknown(1);
+  switch (family_) {
+    case Family::turning: {
+      const TurningOrbit<Jet> orbit(scene.v0 * sqrt(1.0 + first * first), second, scene.friction);
+      travel(shot, scene, turning_, orbit, orbit.variable(first), orbit.variable(orbit.end_slope));
+      break;
+    }
+    case Family::passing: {
+      const PassingOrbit<Jet> orbit(first, second, scene.friction);
+      travel(shot, scene, passing_, orbit, orbit.variable(scene.v0), orbit.variable(orbit.end_speed));
+      break;
+    }
+    case Family::monotone: {
+      const MonotoneOrbit<Jet> orbit(first, second, scene.friction);
+      travel(shot, scene, monotone_, orbit, scene.v0, first);
+      break;
+    }
+  }
+}
+
+/// Integrates from the ends to where the arcs meet, sets the rows and reports.
+template <class Orbit>
+void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Field& field, const Orbit& orbit, const Jet& start,
+                         const Jet& end) const {
+  const Jet& T = shot.unknown(2);
+  const Jet meet = arcs_ == Arcs::from_start ? end : arcs_ == Arcs::from_end ? start : Jet(0.0);
+  const auto arc = [&](int place, const Jet& from, std::vector<Jet> at) {
+    return shot
+        .arc({.arc = place,
+              .field = &field,
+              .t0 = from,
+              .t1 = meet,
+              .quadrature = std::move(at),
+              .parameter = {family_ == Family::turning ? scene.v0 * sqrt(1.0 + shot.unknown(0) * shot.unknown(0))
+                                                       : shot.unknown(0),
+                            shot.unknown(1), scene.friction.mu, scene.friction.beta},
+              .time_quadrature = 2})
+        .quadrature;
+  };
+  std::vector<Jet> left{0.0, 0.0, 0.0}, right{scene.x, scene.y, T};
+  if (arcs_ != Arcs::from_end) left = arc(0, start, left);
+  if (arcs_ != Arcs::from_start) right = arc(arcs_ == Arcs::from_both ? 1 : 0, end, right);
+  for (std::size_t i = 0; i < 3; ++i) shot.row(i, left[i] - right[i]);
+
+  const OrbitPoint<Jet> first = orbit.at(start);
+  const Constants<Jet>& constants = orbit.constants;
+  shot.report("final_time", "s", T * scene.time);
+  shot.report("lambda_x", "s/m", constants.lambda_x / scene.speed);
+  shot.report("lambda_y", "s/m", constants.lambda_y / scene.speed);
+  shot.report("lambda_v0", "s^2/m", first.lambda_v * scene.time / scene.speed);
+  shot.report("theta1", "rad", direction(first.across, first.v * constants.lambda_x));
+  shot.report("theta2", "rad", direction(constants.lambda_y, constants.lambda_x));
+  shot.report("v_f", "m/s", constants.end_speed() * scene.speed);
+  shot.complete({0.0, 0.0, 0.0}, {constants.lambda_x.value, constants.lambda_y.value}, scene.time.value);
+}
+
+std::vector<Column> DragProblem::columns() const {
+  return {{"x", "m"},           {"y", "m"},           {"v", "m/s"},         {"theta", "rad"},
+          {"lambda_x", "s/m"}, {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}};
+}
+
+OrbitPoint<double> DragProblem::orbit_point(const ArcPoint& point) const {
+  const Eigen::VectorXd& p = point.record->parameter;
+  const Vec<double, 4> parameter{p[0], p[1], p[2], p[3]};
+  switch (family_) {
+    case Family::turning: return OrbitArc<TurningOrbit>::orbit(parameter).at(point.variable);
+    case Family::passing: return OrbitArc<PassingOrbit>::orbit(parameter).at(point.variable);
+    case Family::monotone: break;
+  }
+  return OrbitArc<MonotoneOrbit>::orbit(parameter).at(point.variable);
+}
+
+std::vector<double> DragProblem::observe(const ArcPoint& point, const std::vector<double>& p) const {
+  const Scaled<double> scene = scaled(p);
+  const OrbitPoint<double> at = orbit_point(point);
+  const std::vector<double>& lambda = point.record->constants;
+  return {scene.length * point.quadrature[0],
+          scene.length * point.quadrature[1],
+          scene.speed * at.v,
+          std::atan2(at.across, at.v * lambda[0]),
+          lambda[0] / scene.speed,
+          lambda[1] / scene.speed,
+          scene.time / scene.speed * at.lambda_v};
+}
+
+std::vector<PathCheck> DragProblem::check(const ArcPoint& point, const std::vector<double>& p) const {
+  const Scaled<double> scene = scaled(p);
+  const OrbitPoint<double> at = orbit_point(point);
+  const double K = scene.friction.force(at.v);
+  const double size = std::hypot(at.across, at.v * point.record->constants[0]);
+  const double acceleration = K - at.across / size;
+  return {{"speed", PathCheck::Kind::nonnegative, at.v},
+          {"N = 1 - lambda_v K, along the law (Legendre-Clebsch: H_theta_theta = -N)", PathCheck::Kind::nonnegative, at.normal},
+          {"Hamiltonian", PathCheck::Kind::zero, (size + at.lambda_v * K - 1.0) / std::max(1.0, size)},
+          {"acceleration of the orbit against the equation of motion", PathCheck::Kind::zero,
+           (at.rate / at.normal - acceleration) / std::max(1.0, std::abs(K))}};
+}
+
+double meeting_point(double start, double end) {
+  constexpr double near = 0.5;  // a shorter arc is not worth its overhead
+  return start > -near ? start : end < near ? end : 0.0;
+}
+
+std::shared_ptr<const Problem> make_problem(const Scene& scene, const Guess& guess) {
+  return std::make_shared<DragProblem>(scene, guess);
+}
+
+Family family_of(const Problem& problem) {
+  if (const auto* drag = dynamic_cast<const DragProblem*>(&problem)) return drag->family();
+  throw BadInput("the problem is not one of a bead with drag");
+}
+
+Eigen::VectorXd unknowns(const Guess& guess) { return Eigen::Vector3d(guess.first, guess.second, guess.final_time); }
+
+std::vector<double> parameters(const Scene& scene) {
+  return {scene.x, scene.y, scene.speed, scene.mu, scene.beta, scene.gravity};
+}
+
+double greatest_height(const Scene& scene) {
+  // Whatever the speed at which K = −g, octaves of v resolve it: the poles of the integrand lie off the positive axis, so Gauss's rule
+  // with eight nodes is good to rounding on each.
+  constexpr int octaves = 64;
+  double height = 0.0;
+  double above = scene.speed;
+  for (int i = 0; i < octaves; ++i) {
+    const double below = i + 1 == octaves ? 0.0 : 0.5 * above;
+    for (const auto& [node, weight] : gauss) {
+      for (const double side : {-1.0, 1.0}) {
+        const double v = 0.5 * (above + below) + 0.5 * (above - below) * side * node;
+        height += 0.5 * (above - below) * weight * v / (scene.gravity - scene.friction().force(v));
+      }
+    }
+    above = below;
+  }
+  return height;
+}
+
+}  // namespace costate::drag
