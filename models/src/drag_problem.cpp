@@ -19,6 +19,11 @@ Scaled<double> scaled(const std::vector<double>& p) {
   return Scaled<double>([&](std::size_t i) { return p[i]; });
 }
 
+SpeedMap map_of(const Scaled<double>& scene, const Guess& guess) {
+  if (guess.family != Family::monotone) return {};
+  return speed_map(MonotoneOrbit<double>(guess.first, guess.second, scene.friction).constants, scene.v0, guess.first);
+}
+
 /// η at both ends of the path of a guess.
 std::array<double, 2> ends(const Scaled<double>& scene, const Guess& guess) {
   switch (guess.family) {
@@ -30,14 +35,18 @@ std::array<double, 2> ends(const Scaled<double>& scene, const Guess& guess) {
       const PassingOrbit<double> orbit(guess.first, guess.second, scene.friction);
       return {orbit.variable(scene.v0), orbit.variable(orbit.end_speed)};
     }
-    case Family::monotone: return {scene.v0, guess.first};
+    case Family::monotone: break;
   }
-  return {};
+  const SpeedMap map = map_of(scene, guess);
+  return {map.variable(scene.v0), map.variable(guess.first)};
 }
 
 }  // namespace
 
-DragProblem::DragProblem(const Scene& scene, const Guess& guess) : family_(guess.family) {
+DragProblem::DragProblem(const Scene& scene, const Guess& guess)
+    : family_(guess.family),
+      map_(map_of(scaled(drag::parameters(scene)), guess)),
+      monotone_(OrbitArc<MonotoneOrbit>{map_}) {
   const std::vector<double> values = drag::parameters(scene);
   const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},    {"y", "m"},       {"speed", "m/s"},
                                                                {"mu", "1/s"}, {"beta", "s/m^2"}, {"gravity", "m/s^2"}};
@@ -61,11 +70,9 @@ DragProblem::DragProblem(const Scene& scene, const Guess& guess) : family_(guess
   for (const char* name : {"x where the arcs meet", "y where the arcs meet"}) rows_.push_back({name});
   rows_.push_back({"time where the arcs meet", guess.final_time});
 
-  if (family_ != Family::monotone) {
-    const auto [start, end] = ends(scaled(values), guess);
-    const double meeting = meeting_point(start, end);
-    arcs_ = meeting == end ? Arcs::from_start : meeting == start ? Arcs::from_end : Arcs::from_both;
-  }
+  const auto [start, end] = ends(scaled(values), guess);
+  const double meeting = meeting_point(start, end);
+  arcs_ = meeting == end ? Arcs::from_start : meeting == start ? Arcs::from_end : Arcs::from_both;
   structure_ = arcs_ == Arcs::from_both ? std::vector<std::string>{"approach", "departure"} : std::vector<std::string>{"free"};
 }
 
@@ -84,8 +91,8 @@ void DragProblem::shoot(Shot& shot) const {
       break;
     }
     case Family::monotone: {
-      const MonotoneOrbit<Jet> orbit(first, second, scene.friction);
-      travel(shot, scene, monotone_, orbit, scene.v0, first);
+      const MonotoneOrbit<Jet> orbit(first, second, scene.friction, map_);
+      travel(shot, scene, monotone_, orbit, map_.variable(scene.v0), map_.variable(first));
       break;
     }
   }
@@ -136,11 +143,11 @@ OrbitPoint<double> DragProblem::orbit_point(const ArcPoint& point) const {
   const Eigen::VectorXd& p = point.record->parameter;
   const Vec<double, 4> parameter{p[0], p[1], p[2], p[3]};
   switch (family_) {
-    case Family::turning: return OrbitArc<TurningOrbit>::orbit(parameter).at(point.variable);
-    case Family::passing: return OrbitArc<PassingOrbit>::orbit(parameter).at(point.variable);
+    case Family::turning: return OrbitArc<TurningOrbit>().orbit(parameter).at(point.variable);
+    case Family::passing: return OrbitArc<PassingOrbit>().orbit(parameter).at(point.variable);
     case Family::monotone: break;
   }
-  return OrbitArc<MonotoneOrbit>::orbit(parameter).at(point.variable);
+  return OrbitArc<MonotoneOrbit>{map_}.orbit(parameter).at(point.variable);
 }
 
 std::vector<double> DragProblem::observe(const ArcPoint& point, const std::vector<double>& p) const {
@@ -171,7 +178,31 @@ std::vector<PathCheck> DragProblem::check(const ArcPoint& point, const std::vect
 
 double meeting_point(double start, double end) {
   constexpr double near = 0.5;  // a shorter arc is not worth its overhead
+  if (start > end) return -meeting_point(-start, -end);
   return start > -near ? start : end < near ? end : 0.0;
+}
+
+SpeedMap speed_map(const Constants<double>& constants, double start, double end) {
+  const auto D = [&](double v) { return constants.discriminant(v * v); };
+  // The least of the samples, at even ratios of the speed, and then between its neighbours (golden section).
+  constexpr int samples = 40;
+  const auto sample = [&](int i) { return start * std::pow(end / start, static_cast<double>(i) / samples); };
+  int least = 0;
+  for (int i = 1; i <= samples; ++i) {
+    if (D(sample(i)) < D(sample(least))) least = i;
+  }
+  double a = sample(std::max(least - 1, 0)), b = sample(std::min(least + 1, samples));
+  for (int i = 0; i < 40; ++i) {
+    constexpr double golden = 0.6180339887498949;
+    const double left = b - golden * (b - a), right = a + golden * (b - a);
+    (D(left) < D(right) ? b : a) = D(left) < D(right) ? right : left;
+  }
+  const double center = 0.5 * (a + b), step = 1e-4 * center;
+  const double value = D(center), slope = (D(center + step) - D(center - step)) / (2.0 * step);
+  const double curvature = (D(center + step) - 2.0 * value + D(center - step)) / (step * step);
+  const double span = std::abs(end - start);
+  const double width = 1.0 / (std::abs(slope / value) + std::sqrt(std::abs(0.5 * curvature / value)));
+  return {center, std::isfinite(width) && width > 0.0 ? std::min(width, span) : span};
 }
 
 std::shared_ptr<const Problem> make_problem(const Scene& scene, const Guess& guess) {
@@ -181,6 +212,11 @@ std::shared_ptr<const Problem> make_problem(const Scene& scene, const Guess& gue
 Family family_of(const Problem& problem) {
   if (const auto* drag = dynamic_cast<const DragProblem*>(&problem)) return drag->family();
   throw BadInput("the problem is not one of a bead with drag");
+}
+
+SpeedMap map_of(const Problem& problem) {
+  const auto* drag = dynamic_cast<const DragProblem*>(&problem);
+  return drag != nullptr ? drag->map() : SpeedMap{};
 }
 
 Eigen::VectorXd unknowns(const Guess& guess) { return Eigen::Vector3d(guess.first, guess.second, guess.final_time); }

@@ -12,6 +12,7 @@ class DragProblem final : public Problem {
   DragProblem(const Scene& scene, const Guess& guess);
 
   [[nodiscard]] Family family() const { return family_; }
+  [[nodiscard]] const SpeedMap& map() const { return map_; }
 
   void shoot(Shot& shot) const override;
   [[nodiscard]] std::vector<Column> columns() const override;
@@ -27,6 +28,7 @@ class DragProblem final : public Problem {
   [[nodiscard]] OrbitPoint<double> orbit_point(const ArcPoint& point) const;
 
   Family family_;
+  SpeedMap map_;
   Arcs arcs_ = Arcs::from_start;
   FieldOf<OrbitArc<TurningOrbit>> turning_;
   FieldOf<OrbitArc<PassingOrbit>> passing_;

@@ -32,14 +32,16 @@ struct Reached {
   }
 };
 
-/// ∫ from `outer` to `inner`, times `sign`, on panels that grow: the integrand varies at the outer end and settles towards the inner.
+/// ∫ from `outer` to `inner`, times `sign`, on panels that grow: the integrand varies at the outer end, and within some units of η = 0.
 template <class Orbit, class S>
 void integrate(const Orbit& orbit, const S& outer, const S& inner, double sign, Reached<S>& sum) {
   const double length = std::abs(primal(inner) - primal(outer));
   if (!(length > 0.0 && length < 1e12)) return;
   double begin = 0.0, panel = 0.6;
   while (begin < length) {
-    const double end = begin + 1.4 * panel >= length ? length : begin + panel;
+    const double limit = std::max(1.2, 0.5 * std::abs(std::lerp(primal(outer), primal(inner), begin / length)));
+    const double wide = std::min(panel, limit);
+    const double end = begin + 1.4 * wide >= length ? length : begin + wide;
     for (const auto& [node, weight] : gauss) {
       for (const double side : {-1.0, 1.0}) {
         const double u = (0.5 * (begin + end) + 0.5 * (end - begin) * side * node) / length;
@@ -60,25 +62,6 @@ Reached<S> travel(const Orbit& orbit, const S& start, const S& end) {
   Reached<S> sum;
   integrate(orbit, start, meet, 1.0, sum);
   integrate(orbit, end, meet, -1.0, sum);
-  return sum;
-}
-
-/// The same for a monotone orbit, where the speed is the variable: it may start or end close to a turning point, where the
-/// integrand grows like an inverse square root, which v = v₀ + (v_f − v₀)(3u² − 2u³) takes away.
-template <class S>
-Reached<S> travel(const MonotoneOrbit<S>& orbit, const S& start, const S& end) {
-  Reached<S> sum;
-  constexpr int panels = 24;
-  for (int i = 0; i < panels; ++i) {
-    for (const auto& [node, weight] : gauss) {
-      for (const double side : {-1.0, 1.0}) {
-        const double u = (i + 0.5 + 0.5 * side * node) / panels;
-        const S span = end - start;
-        sum.add(rates_along(orbit, S(start) + u * u * (3.0 - 2.0 * u) * span),
-                span * (6.0 * u * (1.0 - u) * 0.5 * weight / panels));
-      }
-    }
-  }
   return sum;
 }
 
@@ -115,9 +98,11 @@ class Sheet {
         break;
       }
       case Family::monotone: {
-        const MonotoneOrbit<S> orbit(first, second, friction);
-        if (orbit.sense != sense_) return std::nullopt;
-        end = travel(orbit, S(scene_.v0), first);
+        const MonotoneOrbit<double> plain(primal(first), primal(second), scene_.friction);
+        if (plain.sense != sense_) return std::nullopt;
+        const SpeedMap map = speed_map(plain.constants, scene_.v0, plain.end_speed);
+        const MonotoneOrbit<S> orbit(first, second, friction, map);
+        end = travel(orbit, S(map.variable(scene_.v0)), map.variable(first));
         break;
       }
     }

@@ -15,15 +15,9 @@ using Eigen::Index;
 /// Values with derivatives with respect to the constants of the orbit, 0 and 1, and η, 2.
 using Sensitive = Dual<double, 3>;
 
-template <template <class> class Orbit>
-Orbit<Sensitive> sensitive_orbit(const Eigen::VectorXd& p) {
-  return OrbitArc<Orbit>::orbit(
-      Vec<Sensitive, 4>{Sensitive::variable(p[0], 0), Sensitive::variable(p[1], 1), Sensitive(p[2]), Sensitive(p[3])});
-}
-
 Sensitive end_of(const TurningOrbit<Sensitive>& orbit) { return orbit.variable(orbit.end_slope); }
 Sensitive end_of(const PassingOrbit<Sensitive>& orbit) { return orbit.variable(orbit.end_speed); }
-Sensitive end_of(const MonotoneOrbit<Sensitive>& orbit) { return orbit.end_speed; }
+Sensitive end_of(const MonotoneOrbit<Sensitive>& orbit) { return orbit.map.variable(orbit.end_speed); }
 
 /// η of the steps of the integration from the end of the path to its start, every one cut in two.
 std::vector<double> nodes_backward(const Solution& solution) {
@@ -50,9 +44,12 @@ std::vector<double> nodes_backward(const Solution& solution) {
 template <template <class> class Orbit>
 std::vector<double> times(const Solution& solution) {
   const ArcRecord& record = solution.arcs.back().record;
-  const Orbit<Sensitive> orbit = sensitive_orbit<Orbit>(record.parameter);
+  const Eigen::VectorXd& p = record.parameter;
+  const OrbitArc<Orbit> arc{map_of(*solution.problem)};
+  const Orbit<Sensitive> orbit = arc.orbit(
+      Vec<Sensitive, 4>{Sensitive::variable(p[0], 0), Sensitive::variable(p[1], 1), Sensitive(p[2]), Sensitive(p[3])});
   const Sensitive end = end_of(orbit);
-  const FieldOf<OrbitArc<Orbit>> field;
+  const FieldOf<OrbitArc<Orbit>> field(arc);
   Flow flow(field, {.tolerance = {1e-11, 1e-11}});
 
   // At the end all orbits are at the same place, but not at the same η: at fixed η the place moves by minus the rate times ∂η_f.
@@ -61,7 +58,7 @@ std::vector<double> times(const Solution& solution) {
   start.quadrature.setZero(3);
   start.state_directions.resize(0, 2);
   start.quadrature_rate.resize(3);
-  if (!field.rates(end.value, start.state, record.parameter, start.state_rate, start.quadrature_rate)) return {};
+  if (!field.rates(end.value, start.state, p, start.state_rate, start.quadrature_rate)) return {};
   start.quadrature_directions = -start.quadrature_rate * Eigen::RowVector2d(end.gradient[0], end.gradient[1]);
   Eigen::MatrixXd parameter_directions = Eigen::MatrixXd::Zero(4, 2);
   parameter_directions.topRows(2).setIdentity();
@@ -75,7 +72,7 @@ std::vector<double> times(const Solution& solution) {
     return derivative.colwise().normalized().determinant();
   };
   std::vector<double> found;
-  for (const Front& front : focal_points(flow, start, nodes_backward(solution), record.parameter, parameter_directions, determinant)) {
+  for (const Front& front : focal_points(flow, start, nodes_backward(solution), p, parameter_directions, determinant)) {
     found.push_back(-front.quadrature[2] * record.time_unit);
   }
   return found;

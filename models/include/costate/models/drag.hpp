@@ -98,7 +98,7 @@ struct Guess {
   double final_time = 0.0;
 };
 
-/// The variable η at which a turning or passing orbit is nearest to the steady motion is 0; arcs run from both ends of the path to where
+/// The variable η at which an orbit is nearest to a steady motion is 0; arcs run from both ends of the path to where
 /// they meet: there, or at the end that is nearest to it. Long ways near the steady motion are so entered from the side on which the
 /// integrand varies, and an integrator takes them in a few growing steps.
 [[nodiscard]] double meeting_point(double start, double end);
@@ -112,6 +112,8 @@ struct Guess {
 
 /// The family of a problem that make_problem made. \throws BadInput for another problem.
 [[nodiscard]] Family family_of(const Problem& problem);
+/// Its map, if it is that of a monotone orbit.
+[[nodiscard]] SpeedMap map_of(const Problem& problem);
 
 /// The unknowns of that problem at a guess.
 [[nodiscard]] Eigen::VectorXd unknowns(const Guess& guess);

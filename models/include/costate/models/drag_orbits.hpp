@@ -182,24 +182,46 @@ struct PassingOrbit {
   }
 };
 
-/// An orbit whose speed changes in one sense throughout, far from a steady motion. Constants: the end speed v_f and the end slope
-/// θ_f, so (λx, λy) = (cos θ_f, sin θ_f)/v_f. Variable: v. The sense is that of v' = K(v_f) − sin θ_f at the end.
+/// A variable in which a monotone orbit is smooth: v = center + width sinh η.
+struct SpeedMap {
+  double center = 0.0, width = 1.0;
+  template <class S>
+  S speed(const S& eta) const {
+    return center + 0.5 * width * (exp(eta) - exp(-eta));
+  }
+  template <class S>
+  S variable(const S& v) const {
+    const double side = primal(v) < center ? -1.0 : 1.0;
+    const S size = side * (v - center) * (1.0 / width);
+    return side * log(size + sqrt(size * size + 1.0));
+  }
+};
+
+/// An orbit whose speed changes in one sense throughout, not very close to a steady motion. Constants: the end speed v_f and the end
+/// slope θ_f, so (λx, λy) = (cos θ_f, sin θ_f)/v_f. Variable: η of a SpeedMap. The sense is that of v' = K(v_f) − sin θ_f at the end.
 template <class S>
 struct MonotoneOrbit {
   Constants<S> constants;
   S end_speed;
   double sense;
+  SpeedMap map;
 
-  MonotoneOrbit(const S& v_f, const S& theta_f, const Friction<S>& friction)
+  MonotoneOrbit(const S& v_f, const S& theta_f, const Friction<S>& friction, const SpeedMap& speed_map = {})
       : constants{friction, cos(theta_f) / v_f, sin(theta_f) / v_f},
         end_speed(v_f),
-        sense(primal(friction.force(v_f)) > std::sin(primal(theta_f)) ? 1.0 : -1.0) {}
+        sense(primal(friction.force(v_f)) > std::sin(primal(theta_f)) ? 1.0 : -1.0),
+        map(speed_map) {}
 
-  OrbitPoint<S> at(const S& v) const {
+  OrbitPoint<S> at(const S& eta) const {
+    const S up = 0.5 * map.width * exp(eta), down = 0.5 * map.width * exp(-eta);
+    const S v = map.center + (up - down);
     const S rate = sense * sqrt(constants.discriminant(v * v));
-    return {constants, v, rate, (v - end_speed) * (v + end_speed) / (end_speed * end_speed), 1.0 / rate};
+    return {constants, v, rate, (v - end_speed) * (v + end_speed) / (end_speed * end_speed), (up + down) / rate};
   }
 };
+
+/// The map for an orbit that runs between two speeds: D is least at its centre, and grows by its own size over its width.
+[[nodiscard]] SpeedMap speed_map(const Constants<double>& constants, double start, double end);
 
 /// d(x, y, t)/dη along an orbit.
 template <template <class> class Orbit, class S>
@@ -210,12 +232,20 @@ Rates<S, 0, 3> rates_along(const Orbit<S>& orbit, const S& eta) {
 }
 
 /// An orbit as an arc without states: p = (its two constants, μ, β), w = (x, y, t), variable η.
-template <template <class> class Orbit>
+template <template <class> class OrbitOf>
 struct OrbitArc {
   static constexpr int states = 0, parameters = 4, quadratures = 3;
   template <class S>
-  static Orbit<S> orbit(const Vec<S, 4>& p) {
-    return Orbit<S>(p[0], p[1], Friction<S>{p[2], p[3]});
+  using Orbit = OrbitOf<S>;
+  SpeedMap map{};  ///< of a monotone orbit; others have no use for it
+
+  template <class S>
+  Orbit<S> orbit(const Vec<S, 4>& p) const {
+    if constexpr (requires(const Orbit<S>& o) { o.map; }) {
+      return Orbit<S>(p[0], p[1], Friction<S>{p[2], p[3]}, map);
+    } else {
+      return Orbit<S>(p[0], p[1], Friction<S>{p[2], p[3]});
+    }
   }
   template <class S>
   Rates<S, 0, 3> rates(const S& eta, const Vec<S, 0>&, const Vec<S, 4>& p) const {
