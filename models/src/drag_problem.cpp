@@ -24,21 +24,24 @@ SpeedMap map_of(const Scaled<double>& scene, const Guess& guess) {
   return speed_map(MonotoneOrbit<double>(guess.first, guess.second, scene.friction).constants, scene.v0, guess.first);
 }
 
-/// η at both ends of the path of a guess.
-std::array<double, 2> ends(const Scaled<double>& scene, const Guess& guess) {
+Arcs arcs_of(const Scaled<double>& scene, const Guess& guess) {
   switch (guess.family) {
     case Family::turning: {
       const TurningOrbit<double> orbit(scene.v0 * std::hypot(1.0, guess.first), guess.second, scene.friction);
-      return {orbit.variable(guess.first), orbit.variable(orbit.end_slope)};
+      return arcs_between(orbit, guess.first, orbit.end_place());
     }
     case Family::passing: {
       const PassingOrbit<double> orbit(guess.first, guess.second, scene.friction);
-      return {orbit.variable(scene.v0), orbit.variable(orbit.end_speed)};
+      return arcs_between(orbit, scene.v0, orbit.end_place());
     }
     case Family::monotone: break;
   }
-  const SpeedMap map = map_of(scene, guess);
-  return {map.variable(scene.v0), map.variable(guess.first)};
+  return arcs_between(MonotoneOrbit<double>(guess.first, guess.second, scene.friction, map_of(scene, guess)), scene.v0, guess.first);
+}
+
+const DragProblem& drag_problem(const Problem& problem) {
+  if (const auto* drag = dynamic_cast<const DragProblem*>(&problem)) return *drag;
+  throw BadInput("the problem is not one of a bead with drag");
 }
 
 }  // namespace
@@ -46,7 +49,7 @@ std::array<double, 2> ends(const Scaled<double>& scene, const Guess& guess) {
 DragProblem::DragProblem(const Scene& scene, const Guess& guess)
     : family_(guess.family),
       map_(map_of(scaled(drag::parameters(scene)), guess)),
-      monotone_(OrbitArc<MonotoneOrbit>{map_}) {
+      monotone_(map_) {
   const std::vector<double> values = drag::parameters(scene);
   const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},    {"y", "m"},       {"speed", "m/s"},
                                                                {"mu", "1/s"}, {"beta", "s/m^2"}, {"gravity", "m/s^2"}};
@@ -70,9 +73,7 @@ DragProblem::DragProblem(const Scene& scene, const Guess& guess)
   for (const char* name : {"x where the arcs meet", "y where the arcs meet"}) rows_.push_back({name});
   rows_.push_back({"time where the arcs meet", guess.final_time});
 
-  const auto [start, end] = ends(scaled(values), guess);
-  const double meeting = meeting_point(start, end);
-  arcs_ = meeting == end ? Arcs::from_start : meeting == start ? Arcs::from_end : Arcs::from_both;
+  arcs_ = arcs_of(scaled(values), guess);
   structure_ = arcs_ == Arcs::from_both ? std::vector<std::string>{"approach", "departure"} : std::vector<std::string>{"free"};
 }
 
@@ -81,48 +82,48 @@ void DragProblem::shoot(Shot& shot) const {
   const Jet &first = shot.unknown(0), &second = shot.unknown(1);
   switch (family_) {
     case Family::turning: {
-      const TurningOrbit<Jet> orbit(scene.v0 * sqrt(1.0 + first * first), second, scene.friction);
-      travel(shot, scene, turning_, orbit, orbit.variable(first), orbit.variable(orbit.end_slope));
+      const Jet top = scene.v0 * sqrt(1.0 + first * first);
+      travel(shot, scene, turning_, TurningOrbit<Jet>(top, second, scene.friction), top, first);
       break;
     }
-    case Family::passing: {
-      const PassingOrbit<Jet> orbit(first, second, scene.friction);
-      travel(shot, scene, passing_, orbit, orbit.variable(scene.v0), orbit.variable(orbit.end_speed));
+    case Family::passing:
+      travel(shot, scene, passing_, PassingOrbit<Jet>(first, second, scene.friction), first, scene.v0);
       break;
-    }
-    case Family::monotone: {
-      const MonotoneOrbit<Jet> orbit(first, second, scene.friction, map_);
-      travel(shot, scene, monotone_, orbit, map_.variable(scene.v0), map_.variable(first));
+    case Family::monotone:
+      travel(shot, scene, monotone_, MonotoneOrbit<Jet>(first, second, scene.friction, map_), first, scene.v0);
       break;
-    }
   }
 }
 
 /// Integrates from the ends to where the arcs meet, sets the rows and reports.
-template <class Orbit>
-void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Field& field, const Orbit& orbit, const Jet& start,
-                         const Jet& end) const {
+template <class Orbit, class Fields>
+void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fields, const Orbit& orbit,
+                         const Jet& first_constant, const Jet& start) const {
   const Jet& T = shot.unknown(2);
-  const Jet meet = arcs_ == Arcs::from_start ? end : arcs_ == Arcs::from_end ? start : Jet(0.0);
-  const auto arc = [&](int place, const Jet& from, std::vector<Jet> at) {
+  const auto arc = [&](int place, const Field& field, const Jet& from, const Jet& to, std::vector<Jet> at) {
     return shot
         .arc({.arc = place,
               .field = &field,
               .t0 = from,
-              .t1 = meet,
+              .t1 = to,
               .quadrature = std::move(at),
-              .parameter = {family_ == Family::turning ? scene.v0 * sqrt(1.0 + shot.unknown(0) * shot.unknown(0))
-                                                       : shot.unknown(0),
-                            shot.unknown(1), scene.friction.mu, scene.friction.beta},
+              .parameter = {first_constant, shot.unknown(1), scene.friction.mu, scene.friction.beta},
               .time_quadrature = 2})
         .quadrature;
   };
+  const Jet end = orbit.end_place(), middle = orbit.middle();
   std::vector<Jet> left{0.0, 0.0, 0.0}, right{scene.x, scene.y, T};
-  if (arcs_ != Arcs::from_end) left = arc(0, start, left);
-  if (arcs_ != Arcs::from_start) right = arc(arcs_ == Arcs::from_both ? 1 : 0, end, right);
+  if (arcs_ != Arcs::from_end) {
+    left = arc(0, fields.before, orbit.variable(start, -1.0), arcs_ == Arcs::from_both ? middle : orbit.variable(end, -1.0), left);
+  }
+  if (arcs_ != Arcs::from_start) {
+    const bool alone = arcs_ == Arcs::from_end;
+    right = arc(alone ? 0 : 1, fields.after, orbit.variable(end, 1.0), alone ? orbit.variable(start, 1.0) : middle, right);
+  }
   for (std::size_t i = 0; i < 3; ++i) shot.row(i, left[i] - right[i]);
 
-  const OrbitPoint<Jet> first = orbit.at(start);
+
+  const OrbitPoint<Jet> first = orbit.at_place(start);
   const Constants<Jet>& constants = orbit.constants;
   shot.report("final_time", "s", T * scene.time);
   shot.report("lambda_x", "s/m", constants.lambda_x / scene.speed);
@@ -139,15 +140,20 @@ std::vector<Column> DragProblem::columns() const {
           {"lambda_x", "s/m"}, {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}};
 }
 
+double DragProblem::side_of(const ArcRecord& record) const {
+  return arcs_ == Arcs::from_start || (arcs_ == Arcs::from_both && record.arc == 0) ? -1.0 : 1.0;
+}
+
 OrbitPoint<double> DragProblem::orbit_point(const ArcPoint& point) const {
   const Eigen::VectorXd& p = point.record->parameter;
   const Vec<double, 4> parameter{p[0], p[1], p[2], p[3]};
+  const double side = side_of(*point.record);
   switch (family_) {
-    case Family::turning: return OrbitArc<TurningOrbit>().orbit(parameter).at(point.variable);
-    case Family::passing: return OrbitArc<PassingOrbit>().orbit(parameter).at(point.variable);
+    case Family::turning: return OrbitArc<TurningOrbit>().orbit(parameter).at(point.variable, side);
+    case Family::passing: return OrbitArc<PassingOrbit>().orbit(parameter).at(point.variable, side);
     case Family::monotone: break;
   }
-  return OrbitArc<MonotoneOrbit>{map_}.orbit(parameter).at(point.variable);
+  return OrbitArc<MonotoneOrbit>{side, map_}.orbit(parameter).at(point.variable, side);
 }
 
 std::vector<double> DragProblem::observe(const ArcPoint& point, const std::vector<double>& p) const {
@@ -174,12 +180,6 @@ std::vector<PathCheck> DragProblem::check(const ArcPoint& point, const std::vect
           {"Hamiltonian", PathCheck::Kind::zero, (size + at.lambda_v * K - 1.0) / std::max(1.0, size)},
           {"acceleration of the orbit against the equation of motion", PathCheck::Kind::zero,
            (at.rate / at.normal - acceleration) / std::max(1.0, std::abs(K))}};
-}
-
-double meeting_point(double start, double end) {
-  constexpr double near = 0.5;  // a shorter arc is not worth its overhead
-  if (start > end) return -meeting_point(-start, -end);
-  return start > -near ? start : end < near ? end : 0.0;
 }
 
 SpeedMap speed_map(const Constants<double>& constants, double start, double end) {
@@ -209,15 +209,11 @@ std::shared_ptr<const Problem> make_problem(const Scene& scene, const Guess& gue
   return std::make_shared<DragProblem>(scene, guess);
 }
 
-Family family_of(const Problem& problem) {
-  if (const auto* drag = dynamic_cast<const DragProblem*>(&problem)) return drag->family();
-  throw BadInput("the problem is not one of a bead with drag");
-}
+Family family_of(const Problem& problem) { return drag_problem(problem).family(); }
 
-SpeedMap map_of(const Problem& problem) {
-  const auto* drag = dynamic_cast<const DragProblem*>(&problem);
-  return drag != nullptr ? drag->map() : SpeedMap{};
-}
+SpeedMap map_of(const Problem& problem) { return drag_problem(problem).map(); }
+
+Arcs arcs_of(const Problem& problem) { return drag_problem(problem).arcs(); }
 
 Eigen::VectorXd unknowns(const Guess& guess) { return Eigen::Vector3d(guess.first, guess.second, guess.final_time); }
 

@@ -1,5 +1,6 @@
 #include <costate/shooting/focal.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace costate {
@@ -7,8 +8,8 @@ namespace costate {
 namespace {
 
 /// The family moved on to t.
-Front advanced(Flow& flow, const Front& from, double t, const Eigen::VectorXd& p, const Eigen::MatrixXd& parameter_directions) {
-  const FlowEnd& end = flow.run(from.t, t, from.state, p, {from.state_directions, parameter_directions});
+Front advanced(const FocalLeg& leg, const Front& from, double t) {
+  const FlowEnd& end = leg.flow->run(from.t, t, from.state, leg.p, {from.state_directions, leg.parameter_directions});
   return {t,
           end.state,
           from.quadrature + end.quadrature,
@@ -18,39 +19,33 @@ Front advanced(Flow& flow, const Front& from, double t, const Eigen::VectorXd& p
           end.quadrature_rate};
 }
 
+/// Bisection between a front at which the determinant has the given sign and a t at which it has the other.
+Front crossing(const FocalLeg& leg, Front low, double high, double sign, double tolerance) {
+  // Arcs of some units in the last place of t are too short to integrate.
+  const double width = std::max(std::abs(high - low.t) * tolerance, 1e-14 * std::abs(high));
+  while (std::abs(high - low.t) > width) {
+    const double middle = 0.5 * (low.t + high);
+    Front between = advanced(leg, low, middle);
+    if (sign * leg.determinant(between) < 0.0) {
+      high = middle;
+    } else {
+      low = std::move(between);
+    }
+  }
+  return low;
+}
+
 }  // namespace
 
-std::vector<Front> focal_points(Flow& flow, const Front& start, const std::vector<double>& nodes, const Eigen::VectorXd& p,
-                                const Eigen::MatrixXd& parameter_directions, const FrontDeterminant& determinant,
-                                const FocalOptions& options) {
-  std::vector<Front> found;
-  Front last = start, significant = start;
-  double sign = 0.0;
-  for (const double node : nodes) {
-    last = advanced(flow, last, node, p, parameter_directions);
-    const double value = determinant(last);
-    if (std::abs(value) <= options.noise) continue;
-    if (sign * value < 0.0) {
-      // Bisection from the last front whose sign is known.
-      Front low = significant;
-      double high = node;
-      const double width = std::abs(high - low.t) * options.tolerance;
-      while (std::abs(high - low.t) > width) {
-        const double middle = 0.5 * (low.t + high);
-        if (middle == low.t || middle == high) break;
-        Front between = advanced(flow, low, middle, p, parameter_directions);
-        if (sign * determinant(between) < 0.0) {
-          high = middle;
-        } else {
-          low = std::move(between);
-        }
-      }
-      found.push_back(std::move(low));
-    }
-    sign = value < 0.0 ? -1.0 : 1.0;
-    significant = last;
+void FocalScan::follow(const FocalLeg& leg) {
+  for (const double node : leg.nodes) {
+    front_ = advanced(leg, front_, node);
+    const double value = leg.determinant(front_);
+    if (std::abs(value) <= options_.noise) continue;
+    if (sign_ * value < 0.0) found_.push_back(crossing(leg, significant_, node, sign_, options_.tolerance));
+    sign_ = value < 0.0 ? -1.0 : 1.0;
+    significant_ = front_;
   }
-  return found;
 }
 
 }  // namespace costate

@@ -32,21 +32,23 @@ struct Reached {
   }
 };
 
-/// ∫ from `outer` to `inner`, times `sign`, on panels that grow: the integrand varies at the outer end, and within some units of η = 0.
+/// ∫ over u from `outer` to `inner` on one side, counted forward in time, on panels that grow: the integrand varies at the outer end and
+/// within some units of η = 0.
 template <class Orbit, class S>
-void integrate(const Orbit& orbit, const S& outer, const S& inner, double sign, Reached<S>& sum) {
+void integrate(const Orbit& orbit, double side, const S& outer, const S& inner, Reached<S>& sum) {
   const double length = std::abs(primal(inner) - primal(outer));
   if (!(length > 0.0 && length < 1e12)) return;
   double begin = 0.0, panel = 0.6;
   while (begin < length) {
-    const double limit = std::max(1.2, 0.5 * std::abs(std::lerp(primal(outer), primal(inner), begin / length)));
+    const double at = std::lerp(primal(outer), primal(inner), begin / length);
+    const double limit = std::max(1.2, 0.5 * std::abs(at - primal(orbit.middle())));
     const double wide = std::min(panel, limit);
     const double end = begin + 1.4 * wide >= length ? length : begin + wide;
     for (const auto& [node, weight] : gauss) {
-      for (const double side : {-1.0, 1.0}) {
-        const double u = (0.5 * (begin + end) + 0.5 * (end - begin) * side * node) / length;
+      for (const double sign : {-1.0, 1.0}) {
+        const double u = (0.5 * (begin + end) + 0.5 * (end - begin) * sign * node) / length;
         const S span = inner - outer;
-        sum.add(rates_along(orbit, S(outer + u * span)), span * (0.5 * sign * weight * (end - begin) / length));
+        sum.add(rates_along(orbit, S(outer + u * span), side), span * (-side * 0.5 * weight * (end - begin) / length));
       }
     }
     begin = end;
@@ -54,14 +56,18 @@ void integrate(const Orbit& orbit, const S& outer, const S& inner, double sign, 
   }
 }
 
-/// Where the path from η₀ to η_f of an orbit leads.
+/// Where the path from one place on an orbit to another leads.
 template <class Orbit, class S>
 Reached<S> travel(const Orbit& orbit, const S& start, const S& end) {
-  const double meeting = meeting_point(primal(start), primal(end));
-  const S meet = meeting == primal(start) ? start : meeting == primal(end) ? end : S(meeting);
   Reached<S> sum;
-  integrate(orbit, start, meet, 1.0, sum);
-  integrate(orbit, end, meet, -1.0, sum);
+  switch (arcs_between(orbit, start, end)) {
+    case Arcs::from_start: integrate(orbit, -1.0, orbit.variable(start, -1.0), orbit.variable(end, -1.0), sum); break;
+    case Arcs::from_end: integrate(orbit, 1.0, orbit.variable(end, 1.0), orbit.variable(start, 1.0), sum); break;
+    case Arcs::from_both:
+      integrate(orbit, -1.0, orbit.variable(start, -1.0), orbit.middle(), sum);
+      integrate(orbit, 1.0, orbit.variable(end, 1.0), orbit.middle(), sum);
+      break;
+  }
   return sum;
 }
 
@@ -85,16 +91,12 @@ class Sheet {
     switch (family_) {
       case Family::turning: {
         const TurningOrbit<S> orbit(scene_.v0 * sqrt(1.0 + first * first), second, friction);
-        const S start = orbit.variable(first), finish = orbit.variable(orbit.end_slope);
-        if (!(start < finish)) return std::nullopt;
-        end = travel(orbit, start, finish);
+        end = travel(orbit, first, orbit.end_place());
         break;
       }
       case Family::passing: {
         const PassingOrbit<S> orbit(first, second, friction);
-        const S start = orbit.variable(S(scene_.v0)), finish = orbit.variable(orbit.end_speed);
-        if (!(start < finish)) return std::nullopt;
-        end = travel(orbit, start, finish);
+        end = travel(orbit, S(scene_.v0), orbit.end_place());
         break;
       }
       case Family::monotone: {
@@ -102,7 +104,7 @@ class Sheet {
         if (plain.sense != sense_) return std::nullopt;
         const SpeedMap map = speed_map(plain.constants, scene_.v0, plain.end_speed);
         const MonotoneOrbit<S> orbit(first, second, friction, map);
-        end = travel(orbit, S(map.variable(scene_.v0)), map.variable(first));
+        end = travel(orbit, S(scene_.v0), first);
         break;
       }
     }
@@ -252,7 +254,8 @@ class Search {
   /// Newton's method with steps of at most one grid cell or two, halved until the step that would follow with the same Jacobian is
   /// shorter (Deuflhard's natural monotonicity test: rows of any scale).
   [[nodiscard]] std::optional<Plane> newton(Plane at) const {
-    constexpr double tolerance = 1e-10;
+    // The number of panels jumps as the ends of a path move: below the error of the quadrature Newton's method finds no decrease.
+    constexpr double tolerance = 1e-10, close = 1e-5;
     for (int iteration = 0; iteration < 40; ++iteration) {
       const auto end = sheet_.reach(Sensitive::variable(at[0], 0), Sensitive::variable(at[1], 1));
       if (!end) return std::nullopt;
@@ -270,7 +273,7 @@ class Search {
       if (residual.cwiseAbs().maxCoeff() < tolerance) return at;
       double share = std::min(1.0, 1.0 / step.cwiseAbs().maxCoeff());
       for (;; share *= 0.5) {
-        if (share < 1e-4) return std::nullopt;
+        if (share < 1e-4) return residual.norm() < close ? std::optional(at) : std::nullopt;
         const Plane next = at + share * step;
         const auto trial = sheet_.reach(next[0], next[1]);
         if (!trial) continue;

@@ -8,7 +8,7 @@
 
 namespace costate::drag {
 
-/// The extremals of a scene, fastest first, good to about nine digits: guesses for the shooting problem.
+/// The extremals of a scene, fastest first, good to five digits or more: guesses for the shooting problem.
 ///
 /// Each family of orbits is a sheet over two coordinates, and (ln x, asinh(y/x)) of where its orbits end is a map of the plane. The
 /// map is laid over a fixed grid. Newton's method with exact derivatives starts in every triangle of the grid whose image holds

@@ -98,10 +98,22 @@ struct Guess {
   double final_time = 0.0;
 };
 
-/// The variable η at which an orbit is nearest to a steady motion is 0; arcs run from both ends of the path to where
-/// they meet: there, or at the end that is nearest to it. Long ways near the steady motion are so entered from the side on which the
-/// integrand varies, and an integrator takes them in a few growing steps.
-[[nodiscard]] double meeting_point(double start, double end);
+/// How a path is cut into arcs. Each runs towards the place nearest to a steady motion, η = 0, from an end of the path: a long way near
+/// the steady motion is so entered from where the integrand varies, and taken in a few growing steps.
+enum class Arcs {
+  from_start,  ///< one on side −1, from the start to the end, which is not or hardly beyond that place
+  from_end,    ///< one on side +1, from the end to the start, which is not or hardly before it
+  from_both,   ///< one on either side, meeting there
+};
+
+/// The arcs of the path from one place on an orbit to another (see variable() of the orbits).
+template <class Orbit, class S>
+Arcs arcs_between(const Orbit& orbit, const S& start, const S& end) {
+  constexpr double hardly = 0.5;  // a shorter arc is not worth its overhead
+  const double middle = primal(orbit.middle());
+  if (middle - primal(orbit.variable(start, -1.0)) > -hardly) return Arcs::from_end;
+  return primal(orbit.variable(end, 1.0)) - middle < hardly ? Arcs::from_start : Arcs::from_both;
+}
 
 /// The shooting problem of a scene for one family of orbits. Unknowns: the constants of the orbit and the final time. Rows: x, y and t
 /// where the arcs from both ends meet. Everything else, H = 0, the speed v₀ at the start and λv = 0 at the end, holds by
@@ -112,8 +124,9 @@ struct Guess {
 
 /// The family of a problem that make_problem made. \throws BadInput for another problem.
 [[nodiscard]] Family family_of(const Problem& problem);
-/// Its map, if it is that of a monotone orbit.
+/// Its map, if it is that of a monotone orbit, and how its path is cut.
 [[nodiscard]] SpeedMap map_of(const Problem& problem);
+[[nodiscard]] Arcs arcs_of(const Problem& problem);
 
 /// The unknowns of that problem at a guess.
 [[nodiscard]] Eigen::VectorXd unknowns(const Guess& guess);

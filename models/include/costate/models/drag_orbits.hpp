@@ -16,6 +16,10 @@
 /// that logarithm is an unknown. Three families of orbits cover what occurs, by how D behaves between the ends:
 /// D has a simple root where the speed is largest (TurningOrbit); D is small but has none (PassingOrbit); D is not small
 /// (MonotoneOrbit).
+///
+/// Each orbit has a place at which it is nearest to a steady motion, η = 0, and is described from either side of it: the variable of
+/// integration is u = side·η + ℓ with side = −1 before that place and +1 after, and ℓ the logarithm of the distance, so that u is of order
+/// one at the ends of the path however long it stays near the steady motion; where the sides meet u = ℓ (`middle`).
 #pragma once
 
 #include <costate/field.hpp>
@@ -40,6 +44,23 @@ S relative_decay(const S& z) {
     sum = sum + term;
   }
   return sum;
+}
+
+/// u = side·η + ℓ where κ sinh η has the given value, κ = e^ℓ.
+template <class S>
+S sinh_variable(const S& value, const S& log_kappa, double side) {
+  const double sign = primal(value) < 0.0 ? -1.0 : 1.0;
+  const S size = sign * value;
+  const S outward = log(size + sqrt(size * size + exp(2.0 * log_kappa)));  // |η| + ℓ
+  return sign == side ? outward : 2.0 * log_kappa - outward;
+}
+
+/// tanh² η.
+template <class S>
+S tanh_square(const S& eta) {
+  const S fall = exp(primal(eta) < 0.0 ? 2.0 * eta : -2.0 * eta);
+  const S ratio = (1.0 - fall) / (1.0 + fall);
+  return ratio * ratio;
 }
 
 /// What every orbit has: its constants.
@@ -113,23 +134,26 @@ struct TurningOrbit {
     log_kappa = 0.5 * (log_d - log(scale));
   }
 
-  /// η at a given S.
-  S variable(const S& slope) const {
-    const double side = primal(slope) < 0.0 ? -1.0 : 1.0;
-    const S size = side * slope;
-    return side * (log(size + sqrt(size * size + exp(2.0 * log_kappa))) - log_kappa);
+  [[nodiscard]] S middle() const { return log_kappa; }
+  [[nodiscard]] S end_place() const { return end_slope; }
+  /// u at a given S.
+  S variable(const S& slope, double side) const { return sinh_variable(slope, log_kappa, side); }
+  OrbitPoint<S> at(const S& u, double side) const {
+    return point(side * 0.5 * (exp(u) - exp(2.0 * log_kappa - u)), tanh_square(u - log_kappa), side);
+  }
+  /// The point at a given S.
+  OrbitPoint<S> at_place(const S& slope) const {
+    const S square = slope * slope;
+    return point(slope, square / (square + exp(2.0 * log_kappa)), 1.0);
   }
 
-  OrbitPoint<S> at(const S& eta) const {
-    const S up = 0.5 * exp(eta + log_kappa), down = 0.5 * exp(log_kappa - eta);
-    const S slope = up - down;
-    const S fall = exp(primal(eta) < 0.0 ? 2.0 * eta : -2.0 * eta);
-    const S tanh_square = (1.0 - fall) * (1.0 - fall) / ((1.0 + fall) * (1.0 + fall));
+ private:
+  OrbitPoint<S> point(const S& slope, const S& tanh_square, double side) const {
     const S spread = 1.0 + slope * slope;
     const S v = v1 / sqrt(spread);
     const S zeta2 = v * v * slope * slope;
     const S D234 = D2 - zeta2 * (D3 - D4 * zeta2);
-    const S weight = 1.0 / (spread * sqrt(scale * (1.0 - tanh_square) + tanh_square * v * v * D234));
+    const S weight = side / (spread * sqrt(scale * (1.0 - tanh_square) + tanh_square * v * v * D234));
     const S rate = -(v * slope * sqrt(d + zeta2 * D234));
     return {constants, v, rate, (end_slope - slope) * (end_slope + slope) / spread, weight};
   }
@@ -163,42 +187,36 @@ struct PassingOrbit {
     log_kappa = log(N * c) - z - 0.5 * log(E2);
   }
 
-  /// η at a given speed.
-  S variable(const S& v) const {
-    const double side = primal(v) > primal(v_A) ? -1.0 : 1.0;
-    const S size = side * (v_A - v);
-    return side * (log(size + sqrt(size * size + exp(2.0 * log_kappa))) - log_kappa);
+  [[nodiscard]] S middle() const { return log_kappa; }
+  [[nodiscard]] S end_place() const { return end_speed; }
+  /// u at a given speed.
+  S variable(const S& v, double side) const { return sinh_variable(S(v_A - v), log_kappa, side); }
+  OrbitPoint<S> at(const S& u, double side) const {
+    const S up = 0.5 * exp(u), down = 0.5 * exp(2.0 * log_kappa - u);
+    return point(v_A - side * (up - down), up + down, tanh_square(u - log_kappa), side);
+  }
+  /// The point at a given speed.
+  OrbitPoint<S> at_place(const S& v) const {
+    const S square = (v_A - v) * (v_A - v), whole = square + exp(2.0 * log_kappa);
+    return point(v, sqrt(whole), square / whole, 1.0);
   }
 
-  OrbitPoint<S> at(const S& eta) const {
-    const S up = 0.5 * exp(eta + log_kappa), down = 0.5 * exp(log_kappa - eta);
-    const S delta = up - down, v = v_A - delta;
-    const S fall = exp(primal(eta) < 0.0 ? 2.0 * eta : -2.0 * eta);
-    const S tanh_square = (1.0 - fall) * (1.0 - fall) / ((1.0 + fall) * (1.0 + fall));
-    const S sum = v_A + v;
+ private:
+  OrbitPoint<S> point(const S& v, const S& cosh_part, const S& tanh_square, double side) const {
+    const S delta = v_A - v, sum = v_A + v;
     const S F = D2 * (delta - 4.0 * v_A) - sum * sum * sum * (D3 - D4 * delta * sum);
     const S density = sqrt(E2 + tanh_square * delta * F);
-    return {constants, v, -(density * (up + down)), (v - end_speed) * (v + end_speed) * constants.square(), 1.0 / density};
+    return {constants, v, -(density * cosh_part), (v - end_speed) * (v + end_speed) * constants.square(), side / density};
   }
 };
 
-/// A variable in which a monotone orbit is smooth: v = center + width sinh η.
+/// A variable in which a monotone orbit is smooth: v = center ± width sinh η, + if speed is gained.
 struct SpeedMap {
   double center = 0.0, width = 1.0;
-  template <class S>
-  S speed(const S& eta) const {
-    return center + 0.5 * width * (exp(eta) - exp(-eta));
-  }
-  template <class S>
-  S variable(const S& v) const {
-    const double side = primal(v) < center ? -1.0 : 1.0;
-    const S size = side * (v - center) * (1.0 / width);
-    return side * log(size + sqrt(size * size + 1.0));
-  }
 };
 
 /// An orbit whose speed changes in one sense throughout, not very close to a steady motion. Constants: the end speed v_f and the end
-/// slope θ_f, so (λx, λy) = (cos θ_f, sin θ_f)/v_f. Variable: η of a SpeedMap. The sense is that of v' = K(v_f) − sin θ_f at the end.
+/// slope θ_f, so (λx, λy) = (cos θ_f, sin θ_f)/v_f. Variable: η of a SpeedMap, ℓ = 0. The sense is that of v' = K(v_f) − sin θ_f at the end.
 template <class S>
 struct MonotoneOrbit {
   Constants<S> constants;
@@ -212,31 +230,41 @@ struct MonotoneOrbit {
         sense(primal(friction.force(v_f)) > std::sin(primal(theta_f)) ? 1.0 : -1.0),
         map(speed_map) {}
 
-  OrbitPoint<S> at(const S& eta) const {
-    const S up = 0.5 * map.width * exp(eta), down = 0.5 * map.width * exp(-eta);
-    const S v = map.center + (up - down);
+  [[nodiscard]] S middle() const { return S(0.0); }
+  [[nodiscard]] S end_place() const { return end_speed; }
+  /// u at a given speed.
+  S variable(const S& v, double side) const {
+    return sinh_variable(S(sense * (v - map.center) * (1.0 / map.width)), S(0.0), side);
+  }
+  /// The point at a given speed.
+  OrbitPoint<S> at_place(const S& v) const { return at(variable(v, 1.0), 1.0); }
+  OrbitPoint<S> at(const S& u, double side) const {
+    const S up = 0.5 * map.width * exp(u), down = 0.5 * map.width * exp(-u);
+    const S v = map.center + sense * side * (up - down);
     const S rate = sense * sqrt(constants.discriminant(v * v));
-    return {constants, v, rate, (v - end_speed) * (v + end_speed) / (end_speed * end_speed), (up + down) / rate};
+    return {constants, v, rate, (v - end_speed) * (v + end_speed) / (end_speed * end_speed),
+            sense * side * (up + down) / rate};
   }
 };
 
 /// The map for an orbit that runs between two speeds: D is least at its centre, and grows by its own size over its width.
 [[nodiscard]] SpeedMap speed_map(const Constants<double>& constants, double start, double end);
 
-/// d(x, y, t)/dη along an orbit.
+/// d(x, y, t)/du along an orbit.
 template <template <class> class Orbit, class S>
-Rates<S, 0, 3> rates_along(const Orbit<S>& orbit, const S& eta) {
-  const OrbitPoint<S> point = orbit.at(eta);
+Rates<S, 0, 3> rates_along(const Orbit<S>& orbit, const S& u, double side) {
+  const OrbitPoint<S> point = orbit.at(u, side);
   const S way = point.v * point.weight;
   return {{}, {way * point.v * orbit.constants.lambda_x, way * point.across, point.normal * point.weight}};
 }
 
-/// An orbit as an arc without states: p = (its two constants, μ, β), w = (x, y, t), variable η.
+/// An orbit as an arc without states: p = (its two constants, μ, β), w = (x, y, t), variable u on one side.
 template <template <class> class OrbitOf>
 struct OrbitArc {
   static constexpr int states = 0, parameters = 4, quadratures = 3;
   template <class S>
   using Orbit = OrbitOf<S>;
+  double side = 1.0;
   SpeedMap map{};  ///< of a monotone orbit; others have no use for it
 
   template <class S>
@@ -248,8 +276,8 @@ struct OrbitArc {
     }
   }
   template <class S>
-  Rates<S, 0, 3> rates(const S& eta, const Vec<S, 0>&, const Vec<S, 4>& p) const {
-    return rates_along(orbit(p), eta);
+  Rates<S, 0, 3> rates(const S& u, const Vec<S, 0>&, const Vec<S, 4>& p) const {
+    return rates_along(orbit(p), u, side);
   }
 };
 

@@ -29,17 +29,43 @@ struct Front {
 using FrontDeterminant = std::function<double(const Front&)>;
 
 struct FocalOptions {
-  double noise = 1e-9;       ///< of the normalised determinant
+  double noise = 1e-7;       ///< of the normalised determinant
   double tolerance = 1e-11;  ///< of the place of a focal point, relative to the step it lies in
 };
 
-/// The fronts at which the determinant changes its sign, in the order met. The family starts as `start`, on the manifold, where the
-/// determinant vanishes; `nodes` are the points at which it is looked at, in order away from there, close enough together
-/// for the flow not to turn between them; `parameter_directions` (m × d) says how the constants p move. The extremal is integrated
-/// from node to node with its derivatives, which are exact.
-/// \throws LeftDomain if it cannot be.
-[[nodiscard]] std::vector<Front> focal_points(Flow& flow, const Front& start, const std::vector<double>& nodes,
-                                              const Eigen::VectorXd& p, const Eigen::MatrixXd& parameter_directions,
-                                              const FrontDeterminant& determinant, const FocalOptions& options = {});
+/// A leg of the extremal: integrated by one flow with constants p.
+struct FocalLeg {
+  Flow* flow;
+  Eigen::VectorXd p;
+  Eigen::MatrixXd parameter_directions;  ///< how the constants move with the parameters of the family (m × d)
+  std::vector<double> nodes;             ///< where the determinant is looked at, in order, the end of the leg last
+  FrontDeterminant determinant;
+};
+
+/// Looks for the fronts at which the determinant changes its sign, leg by leg away from the manifold.
+class FocalScan {
+ public:
+  /// The family starts on the manifold, where the determinant vanishes.
+  explicit FocalScan(Front start, const FocalOptions& options = {})
+      : options_(options), front_(std::move(start)), significant_(front_) {}
+
+  /// Integrates the extremal from node to node with its derivatives, which are exact. Nodes must be close enough together for the
+  /// determinant not to change its sign twice between them. \throws LeftDomain if it cannot be integrated.
+  void follow(const FocalLeg& leg);
+
+  /// The front reached, and the same stated in another variable, in which the next leg goes on.
+  [[nodiscard]] const Front& front() const { return front_; }
+  void restate(Front front) { significant_ = front_ = std::move(front); }
+
+  /// The fronts found, in the order met.
+  [[nodiscard]] const std::vector<Front>& found() const { return found_; }
+
+ private:
+  FocalOptions options_;
+  Front front_;
+  Front significant_;  ///< the last at which the sign was known
+  double sign_ = 0.0;
+  std::vector<Front> found_;
+};
 
 }  // namespace costate
