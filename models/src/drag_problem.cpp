@@ -173,13 +173,14 @@ std::vector<PathCheck> DragProblem::check(const ArcPoint& point, const std::vect
   const Scaled<double> scene = scaled(p);
   const OrbitPoint<double> at = orbit_point(point);
   const double K = scene.friction.force(at.v);
-  const double size = std::hypot(at.across, at.v * point.record->constants[0]);
-  const double acceleration = K - at.across / size;
+  const std::vector<double>& lambda = point.record->constants;
+  const double size = std::hypot(at.across, at.v * lambda[0]);
+  const double terms = std::max(1.0, std::abs(at.lambda_v));  // of the size of what cancels
   return {{"speed", PathCheck::Kind::nonnegative, at.v},
           {"N = 1 - lambda_v K, along the law (Legendre-Clebsch: H_theta_theta = -N)", PathCheck::Kind::nonnegative, at.normal},
-          {"Hamiltonian", PathCheck::Kind::zero, (size + at.lambda_v * K - 1.0) / std::max(1.0, size)},
-          {"acceleration of the orbit against the equation of motion", PathCheck::Kind::zero,
-           (at.rate / at.normal - acceleration) / std::max(1.0, std::abs(K))}};
+          {"Hamiltonian", PathCheck::Kind::zero, (size + at.lambda_v * K - 1.0) / std::max(terms, size)},
+          {"equation of motion along the law, N K - N v' = v lambda_y - lambda_v", PathCheck::Kind::zero,
+           (at.across - (at.v * lambda[1] - at.lambda_v)) / terms}};
 }
 
 SpeedMap speed_map(const Constants<double>& constants, double start, double end) {

@@ -90,7 +90,7 @@ struct OrbitPoint {
   S weight;  ///< h
   S lambda_v;
   S normal;  ///< N = 1 − λv K
-  S across;  ///< v λy − λv; the slope θ is the direction of (v λx, v λy − λv)
+  S across;  ///< v λy − λv, as N K − N v' = N sin θ: both terms of the former may be large where a steady motion is slow
 
   OrbitPoint(const Constants<S>& constants, const S& speed, const S& rate_, const S& excess, const S& weight_)
       : v(speed), rate(rate_), weight(weight_) {
@@ -99,7 +99,7 @@ struct OrbitPoint {
     // Of the two forms of the root the one that adds numbers of the same sign.
     lambda_v = primal(A) * primal(rate) >= 0.0 ? (A + rate) / (1.0 - K * K) : excess / (A - rate);
     normal = 1.0 - lambda_v * K;
-    across = v * constants.lambda_y - lambda_v;
+    across = normal * K - rate;
   }
 };
 
