@@ -139,7 +139,7 @@ class Sheet {
       }
       case Family::passing: {
         const S speed = exp(alpha) * scene_.v0;
-        return {top_ == infinity ? speed : speed / (1.0 + speed * (1.0 / top_)), exp(gamma)};
+        return {top_ == infinity ? speed : speed / (1.0 + speed * (1.0 / top_)), sinh(gamma)};
       }
       case Family::monotone: {
         const S v = sense_ > 0.0 ? scene_.v0 * (1.0 + exp(alpha)) : scene_.v0 / (1.0 + exp(-alpha));
@@ -301,7 +301,7 @@ std::vector<Guess> find_extremals(const Scene& scene) {
     all.insert(all.end(), found.begin(), found.end());
   };
   add(Family::turning, 0.0, {-10.0, 8.0, -9.0, 26.0, 0.5});
-  add(Family::passing, 0.0, {-14.0, 14.0, -4.0, 16.0, 0.5});
+  add(Family::passing, 0.0, {-14.0, 14.0, -2.0, 17.0, 0.5});
   add(Family::monotone, -1.0, {-9.0, 9.0, -9.0, 9.0, 0.5});
   add(Family::monotone, 1.0, {-9.0, 9.0, -9.0, 9.0, 0.5});
   std::sort(all.begin(), all.end(), [](const Guess& a, const Guess& b) { return a.final_time < b.final_time; });
