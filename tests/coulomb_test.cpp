@@ -130,6 +130,19 @@ TEST(Coulomb, CostatesLeadToTheEndByTheClosedForm) {
   }
 }
 
+// All integrals over φ are elementary; that of the time is (A/g r²) (r φ_F + 2μ (1 − φ_F cot φ_F)).
+TEST(Coulomb, TimeIsElementary) {
+  for (const Scene& scene : several) {
+    const Solution s = solved(scene, 1e-11);
+    const double mu = scene.friction, turn = std::numbers::pi / (1.0 + std::exp(-s["turn"].value));
+    const double cot = std::cos(turn) / std::sin(turn);
+    const double r = mu * cot + std::sqrt(1.0 + mu * mu / std::pow(std::sin(turn), 2));
+    const double A = (1.0 + mu * mu + r * r) / (2.0 * s["lambda_x"].value);
+    const double time = A / (scene.gravity * r * r) * (r * turn + 2.0 * mu * (1.0 - turn * cot));
+    EXPECT_NEAR(time / s.final_time(), 1.0, 1e-10) << "turn and lambda_x are good to 1e-11, and amplified by some units";
+  }
+}
+
 /// dT/dμ = −∫H_μ dt with the state, the costate and the control held.
 TEST(Coulomb, TimeBySensitivityIsTheQuadratureOfTheHamiltonianBySlope) {
   constexpr double node = 0.7745966692414834;  // Gauss, three points
