@@ -37,10 +37,7 @@ inline std::vector<Vec<double, 1>> grid(double from, double to, int cells = 720)
 }
 
 /// Every direction of the plane, for laws whose control is an angle.
-template <class Q, class P>
-std::vector<Vec<double, 1>> angles(const Q&, const P&) {
-  return grid(-std::numbers::pi, std::numbers::pi);
-}
+inline constexpr auto angles = [](const auto&, const auto&) { return grid(-std::numbers::pi, std::numbers::pi); };
 
 template <class M, class L>
 class Conformance {

@@ -3,6 +3,8 @@
 
 #include <costate/models/coulomb.hpp>
 #include <costate/models/disk.hpp>
+#include <costate/models/drag.hpp>
+#include <costate/models/normal_friction.hpp>
 
 namespace costate::test {
 namespace {
@@ -32,6 +34,8 @@ std::vector<Vec<double, 1>> slopes(const Vec<double, 3>&, const Vec<double, 2>&)
 CONFORMS(DiskFree, <disk::FreeRolling, disk::FastestRolling>{{0.0, 0.0, 0.3}, {0.5, 0.4, 0.6}, {}, 1.0, circle})
 CONFORMS(DiskSaturated, <disk::LimitedRolling, disk::LimitingFriction>{{0.0, 0.0, 0.3, 0.6}, {0.5, 0.4, 0.6, 0.2}, {0.52}, 0.3, within_friction})
 CONFORMS(Coulomb, <coulomb::SlidingBead, coulomb::FastestSlope>{{0.0, 0.0, 1.2}, {0.24, 0.06, 0.1}, {0.1, 9.81}, 0.2, slopes})
+CONFORMS(NormalFriction, <normal_friction::Bead, normal_friction::BestSlope>{{0.0, 0.0, 2.0}, {0.21, 0.04, 0.11}, {0.3, -0.001, 9.8}, 0.5, angles})
+CONFORMS(Drag, <drag::Bead, drag::FastestSlope>{{0.0, 0.0, 2.0}, {0.19, 0.25, 0.16}, {0.3, 0.004, 9.8}, 0.8, angles})
 
 }  // namespace
 }  // namespace costate::test
