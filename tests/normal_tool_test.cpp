@@ -16,7 +16,7 @@ using tools::Ended;
 
 class NormalTool : public tools::ToolTest {
  protected:
-  NormalTool() : ToolTest(COSTATE_NORMAL_FRICTION) {}
+  NormalTool() : ToolTest(COSTATE_TOOL) {}
 
   json solved_json(Arguments arguments) {
     arguments.push_back("--json");

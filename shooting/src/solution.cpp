@@ -60,9 +60,10 @@ ArcPoint Solution::point(double t) const {
   const auto next = std::upper_bound(arcs.begin(), arcs.end(), t,
                                      [](double wanted, const ArcTrace& arc) { return wanted < arc.begin; });
   const ArcTrace& arc = next == arcs.begin() ? arcs.front() : *std::prev(next);
-  const Eigen::VectorXd both = arc.trajectory.at(arc.own(t));
+  const double own = arc.own(t);
+  const Eigen::VectorXd both = arc.trajectory.at(own);
   const Eigen::Index n = arc.record.state.size();
-  return {&arc.record, t, both.head(n), both.tail(both.size() - n)};
+  return {&arc.record, t, both.head(n), both.tail(both.size() - n), own};
 }
 
 std::vector<double> Solution::at(double t) const { return problem->observe(point(t), parameters); }

@@ -48,7 +48,7 @@ std::vector<ArcTrace> trace(Shooting& shooting, const Shot& shot) {
 std::vector<PathCheck> checks_at(const Shooting& shooting, const ArcTrace& arc, double t) {
   const Eigen::VectorXd both = arc.trajectory.at(t);
   const Eigen::Index n = arc.record.state.size();
-  return shooting.problem().check({&arc.record, arc.time(t), both.head(n), both.tail(both.size() - n)},
+  return shooting.problem().check({&arc.record, arc.time(t), both.head(n), both.tail(both.size() - n), t},
                                   shooting.parameters());
 }
 

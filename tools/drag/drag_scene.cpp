@@ -1,0 +1,242 @@
+#include "drag_scene.hpp"
+
+#include "bead/cycloid_outcome.hpp"
+#include "extremal_search.hpp"
+
+#include <costate/error.hpp>
+#include <costate/shooting/continuation.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate::drag {
+
+namespace {
+
+using tools::Outcome;
+
+void add_cost(Cost& sum, const Cost& cost) {
+  sum.steps += cost.steps;
+  sum.rhs_evaluations += cost.rhs_evaluations;
+  sum.sensitivity_evaluations += cost.sensitivity_evaluations;
+  sum.newton_iterations += cost.newton_iterations;
+}
+
+/// An extremal of a scene, solved, with its focal points.
+struct Extremal {
+  Solution solution;
+  std::vector<double> focal;  ///< see focal_times
+};
+
+/// Solves scenes with friction.
+class SceneSolver {
+ public:
+  SceneSolver(const Scene& scene, const SolveOptions& options, Cost& cost) : scene_(scene), options_(options), cost_(cost) {}
+
+  /// All extremals that are found, solved and verified, fastest first.
+  std::vector<Extremal> extremals() {
+    std::vector<Extremal> all;
+    for (const Guess& guess : find_extremals(scene_)) add(all, guess);
+    return all;
+  }
+
+  /// Why the last extremal that was found could not be solved; empty if none failed.
+  [[nodiscard]] const std::string& failure() const { return failure_; }
+
+  void add(std::vector<Extremal>& all, const Guess& guess) {
+    Solution found = solve(make_problem(scene_, guess), unknowns(guess), options_);
+    add_cost(cost_, found.cost);
+    if (!found.solved()) {
+      failure_ = found.message;
+      return;
+    }
+    for (const Extremal& other : all) {
+      if (same(other.solution, found)) return;
+    }
+    std::vector<double> focal = focal_times(found);
+    all.push_back({std::move(found), std::move(focal)});
+    std::sort(all.begin(), all.end(), [](const Extremal& a, const Extremal& b) {
+      return a.solution.final_time() < b.solution.final_time();
+    });
+  }
+
+ private:
+  /// Two families may describe one orbit. Their results agree then to what both claim, with a margin for the size of the numbers.
+  static bool same(const Solution& a, const Solution& b) {
+    for (const char* name : {"final_time", "theta1", "theta2"}) {
+      const Quantity &left = a[name], &right = b[name];
+      const double close = 1e-9 * std::max(1.0, std::abs(left.value)) + 10.0 * (left.error_bound + right.error_bound);
+      if (std::abs(left.value - right.value) > close) return false;
+    }
+    return true;
+  }
+
+  const Scene& scene_;
+  SolveOptions options_;
+  Cost& cost_;
+  std::string failure_;
+};
+
+/// Why an extremal is not the answer.
+std::string objection(const Extremal& extremal) {
+  if (extremal.focal.empty()) return "slower";
+  const double T = extremal.solution.final_time();
+  return fmt::format("focal point at t = {:.9g} s, {:.9g} s before the end: not a minimum", T - extremal.focal.front(),
+                     extremal.focal.front());
+}
+
+/// Takes the fastest extremal without a focal point as the answer and lists the rest.
+void deliver(std::vector<Extremal>& extremals, Outcome& outcome) {
+  for (Extremal& extremal : extremals) {
+    if (!outcome.solved() && extremal.focal.empty()) {
+      outcome.solution = std::move(extremal.solution);
+      outcome.status = Outcome::Status::solved;
+    } else {
+      extremal.solution.message = objection(extremal);
+      outcome.other_extremals.push_back(std::move(extremal.solution));
+    }
+  }
+}
+
+/// Looks for the β at which the local minimum of a scene with soft friction ends.
+class Fold {
+ public:
+  Fold(const Scene& scene, Cost& cost) : scene_(scene), cost_(cost) {}
+
+  /// The local minimum at the scene's own β, if it turns out to exist after all.
+  [[nodiscard]] const std::optional<Guess>& survivor() const { return survivor_; }
+
+  /// The β where it ends, by following it from a smaller β at which the search finds it; nothing if that is not to be had or the path does
+  /// not end by meeting another extremal.
+  std::optional<double> find() {
+    double beta = scene_.beta;
+    for (int i = 0; i < 30; ++i) {
+      beta *= 0.5;
+      if (const auto start = minimum_at(beta)) return follow_from(beta, *start);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  [[nodiscard]] Scene at(double beta) const {
+    Scene scene = scene_;
+    scene.beta = beta;
+    return scene;
+  }
+
+  /// The fastest extremal, which is the minimum as long as there is one.
+  std::optional<Guess> minimum_at(double beta) {
+    const std::vector<Guess> found = find_extremals(at(beta));
+    for (const Guess& guess : found) {
+      const Solution solution = solve(make_problem(at(beta), guess), unknowns(guess), {.accuracy = 1e-6});
+      add_cost(cost_, solution.cost);
+      if (solution.solved() && focal_times(solution).empty()) return guess;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<double> follow_from(double beta, Guess guess) {
+    for (int leg = 0; leg < 10; ++leg) {
+      Shooting shooting(make_problem(at(beta), guess));
+      // Towards a fold steps shrink without end: beta_max is wanted to some digits only.
+      const Followed path = follow(shooting, unknowns(guess), parameters(scene_), {.tolerance = 1e-7, .smallest_step = 1e-5, .max_integration_steps = 60000});
+      cost_.add(shooting.statistics());
+      cost_.newton_iterations += path.newton_iterations;
+      guess.first = path.y[0];
+      guess.second = path.y[1];
+      guess.final_time = path.y[2];
+      if (path.reached) {
+        survivor_ = guess;
+        return std::nullopt;
+      }
+      beta = path.parameters[beta_place];
+      // A path may also end at the border of its family; then the search finds the minimum beyond.
+      const double beyond = std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta);
+      const auto next = minimum_at(beyond);
+      if (!next) return met_another(beta) ? std::optional(beta) : std::nullopt;
+      beta = beyond;
+      guess = *next;
+    }
+    return std::nullopt;
+  }
+
+  /// Not far before a fold there are two extremals of nearly the same time: the difference grows like (β_max − β)^{3/2}. Very close
+  /// to it the search sees one of them only.
+  [[nodiscard]] bool met_another(double beta) const {
+    for (const double part : {0.99, 0.97, 0.93}) {
+      const std::vector<Guess> found = find_extremals(at(part * beta));
+      if (found.size() >= 2 && found[1].final_time - found[0].final_time < 0.03 * found[0].final_time) return true;
+    }
+    return false;
+  }
+
+  const Scene& scene_;
+  Cost& cost_;
+  std::optional<Guess> survivor_;
+};
+
+/// Does friction resist at every speed up to v₀? Then y_max holds, for a bead that stays below v_c at least.
+bool resists(const Scene& scene) { return scene.beta * scene.speed * scene.speed <= scene.mu; }
+
+Outcome without_friction(const Scene& scene) {
+  Outcome outcome = bead::cycloid_outcome(scene.x, scene.y, scene.speed, scene.gravity);
+  if (!outcome.closed_form) return outcome;
+  // λv = 0 at the end, where H = 0 is v_f |λ| = 1.
+  const Quantity &x = outcome["lambda_x"], &y = outcome["lambda_y"];
+  const double v = 1.0 / std::hypot(x.value, y.value);
+  outcome.closed_form->quantities.push_back({"v_f", "m/s", v, v * v * (x.error_bound + y.error_bound)});
+  return outcome;
+}
+
+}  // namespace
+
+Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
+  if (scene.mu == 0.0 && scene.beta == 0.0) return without_friction(scene);
+  const double began = thread_seconds();
+  Outcome outcome;
+  const auto finish = [&](Outcome::Status status, std::string message) {
+    outcome.status = status;
+    outcome.message = std::move(message);
+    outcome.cost.seconds = thread_seconds() - began;
+    return outcome;
+  };
+
+  if (resists(scene)) {
+    const double height = greatest_height(scene);
+    outcome.limits.push_back({"y_max", "m", height});
+    if (scene.y >= height) {
+      return finish(Outcome::Status::infeasible,
+                    fmt::format("y = {:g} m is out of reach: with speed = {:g} m/s the bead cannot rise to y_max = {:.12g} m{}", scene.y,
+                                scene.speed, height,
+                                scene.beta > 0.0 ? " without diving to speeds at which friction is a thrust" : ""));
+    }
+  }
+  SceneSolver solver(scene, options, outcome.cost);
+  std::vector<Extremal> extremals = solver.extremals();
+  deliver(extremals, outcome);
+  if (outcome.solved()) return finish(Outcome::Status::solved, "");
+  if (!solver.failure().empty()) return finish(Outcome::Status::failed, solver.failure());
+  if (scene.beta > 0.0) {
+    Fold fold(scene, outcome.cost);
+    const std::optional<double> beta_max = fold.find();
+    if (beta_max) {
+      outcome.limits.push_back({"beta_max", "s/m^2", beta_max});
+      return finish(Outcome::Status::infeasible,
+                    fmt::format("beta = {:g} s/m^2 leaves no local minimum: as beta grows, the fastest motion meets one that dives into the "
+                                "thrust at beta_max = {:.9g} s/m^2, and beyond there is neither",
+                                scene.beta, *beta_max));
+    }
+    if (fold.survivor()) {
+      extremals.clear();
+      solver.add(extremals, *fold.survivor());
+      deliver(extremals, outcome);
+      if (outcome.solved()) return finish(Outcome::Status::solved, "");
+    }
+  }
+  return finish(Outcome::Status::failed,
+                fmt::format("no extremal without a focal point was found ({} with one); try a nearer end point or less friction",
+                            outcome.other_extremals.size()));
+}
+
+}  // namespace costate::drag
