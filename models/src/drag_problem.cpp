@@ -3,6 +3,7 @@
 #include <costate/error.hpp>
 #include <costate/models/gauss.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace costate::drag {
@@ -175,7 +176,7 @@ std::vector<PathCheck> DragProblem::check(const ArcPoint& point, const std::vect
   const double K = scene.friction.force(at.v);
   const std::vector<double>& lambda = point.record->constants;
   const double size = std::hypot(at.across, at.v * lambda[0]);
-  const double terms = std::max(1.0, std::abs(at.lambda_v));  // of the size of what cancels
+  const double terms = std::max({1.0, std::abs(at.lambda_v), std::abs(at.normal * K)});  // of the size of what cancels
   return {{"speed", PathCheck::Kind::nonnegative, at.v},
           {"N = 1 - lambda_v K, along the law (Legendre-Clebsch: H_theta_theta = -N)", PathCheck::Kind::nonnegative, at.normal},
           {"Hamiltonian", PathCheck::Kind::zero, (size + at.lambda_v * K - 1.0) / std::max(terms, size)},

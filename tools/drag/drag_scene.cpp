@@ -54,8 +54,12 @@ class SceneSolver {
     for (const Extremal& other : all) {
       if (same(other.solution, found)) return;
     }
-    std::vector<double> focal = focal_times(found);
-    all.push_back({std::move(found), std::move(focal)});
+    try {
+      std::vector<double> focal = focal_times(found);
+      all.push_back({std::move(found), std::move(focal)});
+    } catch (const LeftDomain& failure) {
+      failure_ = fmt::format("an extremal was found but not its focal points: {}", failure.what());
+    }
     std::sort(all.begin(), all.end(), [](const Extremal& a, const Extremal& b) {
       return a.solution.final_time() < b.solution.final_time();
     });
@@ -72,7 +76,7 @@ class SceneSolver {
     return true;
   }
 
-  const Scene& scene_;
+  Scene scene_;
   SolveOptions options_;
   Cost& cost_;
   std::string failure_;
@@ -111,8 +115,8 @@ class Fold {
   /// not end by meeting another extremal.
   std::optional<double> find() {
     double beta = scene_.beta;
-    for (int i = 0; i < 30; ++i) {
-      beta *= 0.5;
+    for (int i = 0; i < 10; ++i) {
+      beta *= 0.4;
       if (const auto start = minimum_at(beta)) return follow_from(beta, *start);
     }
     return std::nullopt;
@@ -129,9 +133,9 @@ class Fold {
   std::optional<Guess> minimum_at(double beta) {
     const std::vector<Guess> found = find_extremals(at(beta));
     for (const Guess& guess : found) {
-      const Solution solution = solve(make_problem(at(beta), guess), unknowns(guess), {.accuracy = 1e-6});
-      add_cost(cost_, solution.cost);
-      if (solution.solved() && focal_times(solution).empty()) return guess;
+      std::vector<Extremal> solved;
+      SceneSolver(at(beta), {.accuracy = 1e-6}, cost_).add(solved, guess);
+      if (!solved.empty() && solved.front().focal.empty()) return guess;
     }
     return std::nullopt;
   }
@@ -140,7 +144,8 @@ class Fold {
     for (int leg = 0; leg < 10; ++leg) {
       Shooting shooting(make_problem(at(beta), guess));
       // Towards a fold steps shrink without end: beta_max is wanted to some digits only.
-      const Followed path = follow(shooting, unknowns(guess), parameters(scene_), {.tolerance = 1e-7, .smallest_step = 1e-5, .max_integration_steps = 60000});
+      const Followed path = follow(shooting, unknowns(guess), parameters(scene_),
+                                   {.tolerance = 1e-7, .smallest_step = 1e-5, .max_integration_steps = 40000});
       cost_.add(shooting.statistics());
       cost_.newton_iterations += path.newton_iterations;
       guess.first = path.y[0];
@@ -166,7 +171,7 @@ class Fold {
   [[nodiscard]] bool met_another(double beta) const {
     for (const double part : {0.99, 0.97, 0.93}) {
       const std::vector<Guess> found = find_extremals(at(part * beta));
-      if (found.size() >= 2 && found[1].final_time - found[0].final_time < 0.03 * found[0].final_time) return true;
+      if (found.size() >= 2 && found[1].final_time - found[0].final_time < 3.0 * (1.0 - part) * found[0].final_time) return true;
     }
     return false;
   }

@@ -300,7 +300,9 @@ std::vector<Guess> find_extremals(const Scene& scene) {
     const std::vector<Guess> found = Search(Sheet(family, sense, scaled), grid).run();
     all.insert(all.end(), found.begin(), found.end());
   };
-  add(Family::turning, 0.0, {-10.0, 8.0, -9.0, 26.0, 0.5});
+  // A bead that starts slowly and gains all the speed that a fall over some three times the distance can give.
+  const double gained = -std::asinh(3.0 * std::sqrt(scaled.v0 * scaled.v0 + 4.0) / scaled.v0) - 1.0;
+  add(Family::turning, 0.0, {0.5 * std::floor(2.0 * gained), 8.0, -9.0, 26.0, 0.5});
   add(Family::passing, 0.0, {-14.0, 14.0, -2.0, 17.0, 0.5});
   add(Family::monotone, -1.0, {-9.0, 9.0, -9.0, 9.0, 0.5});
   add(Family::monotone, 1.0, {-9.0, 9.0, -9.0, 9.0, 0.5});

@@ -16,13 +16,13 @@ using Eigen::Index;
 using Sensitive = Dual<double, 3>;
 
 /// How the constants of an orbit move with the parameters of the family: with the logarithm of the first, and so that ℓ moves by one
-/// with the second. Whatever the size of the constants, derivatives are of order one then.
+/// with the second, or it by its own size where that is less. Whatever the size of the constants, derivatives are of order one then.
 template <template <class> class Orbit>
 std::array<double, 2> natural_steps(const OrbitArc<Orbit>& arc, const Eigen::VectorXd& p) {
   const double ell = arc.orbit(Vec<Sensitive, 4>{Sensitive(p[0]), Sensitive::variable(p[1], 1), Sensitive(p[2]), Sensitive(p[3])})
                          .middle()
                          .gradient[1];
-  return {p[0], ell == 0.0 ? 1.0 : 1.0 / std::abs(ell)};
+  return {p[0], std::min(1.0 / std::abs(ell), std::max(1.0, std::abs(p[1])))};
 }
 
 /// A constant that moves with a parameter of the family.
