@@ -106,7 +106,7 @@ std::pair<Scene, Guess> scene_of(const Case& c) {
   switch (c.family) {
     case Family::turning:
       guess.first = c.start;
-      guess.second = c.second;  // tan θ₂ where there is no friction: it has no unit
+      guess.second = std::asinh(c.second);  // tan θ₂ where there is no friction: it has no unit
       break;
     case Family::passing:
     case Family::monotone: guess.first = c.first / unit.speed; break;

@@ -28,7 +28,7 @@ SpeedMap map_of(const Scaled<double>& scene, const Guess& guess) {
 Arcs arcs_of(const Scaled<double>& scene, const Guess& guess) {
   switch (guess.family) {
     case Family::turning: {
-      const TurningOrbit<double> orbit(scene.v0 * std::hypot(1.0, guess.first), guess.second, scene.friction);
+      const TurningOrbit<double> orbit(scene.v0 * std::hypot(1.0, guess.first), std::sinh(guess.second), scene.friction);
       return arcs_between(orbit, guess.first, orbit.end_place());
     }
     case Family::passing: {
@@ -59,7 +59,7 @@ DragProblem::DragProblem(const Scene& scene, const Guess& guess)
   const auto scale = [](double value) { return std::max(1.0, std::abs(value)); };
   switch (family_) {
     case Family::turning:
-      unknowns_ = {{.name = "start_slope", .scale = scale(guess.first)}, {.name = "end_slope", .scale = scale(guess.second)}};
+      unknowns_ = {{.name = "start_slope", .scale = scale(guess.first)}, {.name = "end_slope_asinh", .scale = scale(guess.second)}};
       break;
     case Family::passing:
       unknowns_ = {{.name = "passing_speed", .scale = guess.first, .lower = 0.0},
@@ -84,14 +84,15 @@ void DragProblem::shoot(Shot& shot) const {
   switch (family_) {
     case Family::turning: {
       const Jet top = scene.v0 * sqrt(1.0 + first * first);
-      travel(shot, scene, turning_, TurningOrbit<Jet>(top, second, scene.friction), top, first);
+      const Jet r = 0.5 * (exp(second) - exp(-second));
+      travel(shot, scene, turning_, TurningOrbit<Jet>(top, r, scene.friction), {top, r}, first);
       break;
     }
     case Family::passing:
-      travel(shot, scene, passing_, PassingOrbit<Jet>(first, second, scene.friction), first, scene.v0);
+      travel(shot, scene, passing_, PassingOrbit<Jet>(first, second, scene.friction), {first, second}, scene.v0);
       break;
     case Family::monotone:
-      travel(shot, scene, monotone_, MonotoneOrbit<Jet>(first, second, scene.friction, map_), first, scene.v0);
+      travel(shot, scene, monotone_, MonotoneOrbit<Jet>(first, second, scene.friction, map_), {first, second}, scene.v0);
       break;
   }
 }
@@ -99,7 +100,7 @@ void DragProblem::shoot(Shot& shot) const {
 /// Integrates from the ends to where the arcs meet, sets the rows and reports.
 template <class Orbit, class Fields>
 void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fields, const Orbit& orbit,
-                         const Jet& first_constant, const Jet& start) const {
+                         const std::array<Jet, 2>& constants_of_orbit, const Jet& start) const {
   const Jet& T = shot.unknown(2);
   const auto arc = [&](int place, const Field& field, const Jet& from, const Jet& to, std::vector<Jet> at) {
     return shot
@@ -108,7 +109,7 @@ void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fie
               .t0 = from,
               .t1 = to,
               .quadrature = std::move(at),
-              .parameter = {first_constant, shot.unknown(1), scene.friction.mu, scene.friction.beta},
+              .parameter = {constants_of_orbit[0], constants_of_orbit[1], scene.friction.mu, scene.friction.beta},
               .time_quadrature = 2})
         .quadrature;
   };

@@ -90,7 +90,7 @@ class Sheet {
     Reached<S> end;
     switch (family_) {
       case Family::turning: {
-        const TurningOrbit<S> orbit(scene_.v0 * sqrt(1.0 + first * first), second, friction);
+        const TurningOrbit<S> orbit(scene_.v0 * sqrt(1.0 + first * first), sinh(second), friction);
         end = travel(orbit, first, orbit.end_place());
         break;
       }
@@ -133,9 +133,9 @@ class Sheet {
     switch (family_) {
       case Family::turning: {
         const S s = sinh(alpha);
-        if (top_ == infinity) return {s, sinh(gamma)};
+        if (top_ == infinity) return {s, gamma};
         const double square = (top_ / scene_.v0) * (top_ / scene_.v0) - 1.0;  // v₁ stays below the top
-        return {s / sqrt(1.0 + s * s * (1.0 / square)), sinh(gamma)};
+        return {s / sqrt(1.0 + s * s * (1.0 / square)), gamma};
       }
       case Family::passing: {
         const S speed = exp(alpha) * scene_.v0;

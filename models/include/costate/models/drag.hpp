@@ -91,7 +91,7 @@ Scaled<S>::Scaled(const Get& get) {
 enum class Family { turning, passing, monotone };
 
 /// An extremal of a scene: its family and, in units of Scaled, the constants of its orbit and its final time. Of a turning orbit
-/// the first constant is S at the start instead of v₁ = v₀√(1 + S²): it tells gain of speed from loss.
+/// the first constant is S at the start instead of v₁ = v₀√(1 + S²), which tells gain of speed from loss, and the second asinh r.
 struct Guess {
   Family family = Family::turning;
   double first = 0.0, second = 0.0;
