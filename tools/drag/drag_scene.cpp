@@ -6,7 +6,9 @@
 #include <costate/error.hpp>
 #include <costate/shooting/continuation.hpp>
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -140,40 +142,65 @@ class Fold {
     return std::nullopt;
   }
 
+  /// A point of a path in β: the unknowns there.
+  struct Station {
+    std::vector<double> parameters;
+    Eigen::VectorXd y;
+  };
+
   std::optional<double> follow_from(double beta, Guess guess) {
+    std::vector<Station> stations;
     for (int leg = 0; leg < 10; ++leg) {
       Shooting shooting(make_problem(at(beta), guess));
-      // Towards a fold steps shrink without end: beta_max is wanted to some digits only.
+      // Towards a fold steps shrink without end, while its place is known from how the tangent grows.
       const Followed path = follow(shooting, unknowns(guess), parameters(scene_),
-                                   {.tolerance = 1e-7, .smallest_step = 1e-5, .max_integration_steps = 40000});
-      cost_.add(shooting.statistics());
+                                   {.tolerance = 1e-7, .first_step = 0.1, .smallest_step = 1e-4, .max_steps = 600, .max_integration_steps = 60000},
+                                   [&](const Eigen::VectorXd& y, const std::vector<double>& p) {
+                                     stations.push_back({p, y});
+                                     return false;
+                                   });
       cost_.newton_iterations += path.newton_iterations;
       guess.first = path.y[0];
       guess.second = path.y[1];
       guess.final_time = path.y[2];
+      beta = path.parameters[beta_place];
+      const std::optional<double> fold = path.reached ? std::nullopt : fold_beyond(shooting, stations);
+      cost_.add(shooting.statistics());
       if (path.reached) {
         survivor_ = guess;
         return std::nullopt;
       }
-      beta = path.parameters[beta_place];
       // A path may also end at the border of its family; then the search finds the minimum beyond.
-      const double beyond = std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta);
+      const double beyond = std::max(std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta), fold ? 1.0001 * *fold : 0.0);
+      if (beyond >= scene_.beta) return fold;
       const auto next = minimum_at(beyond);
-      if (!next) return met_another(beta) ? std::optional(beta) : std::nullopt;
+      if (!next) return fold;
       beta = beyond;
+      if (next->family != guess.family) stations.clear();
       guess = *next;
     }
     return std::nullopt;
   }
 
-  /// Not far before a fold there are two extremals of nearly the same time: the difference grows like (β_max − β)^{3/2}. Very close
-  /// to it the search sees one of them only.
-  [[nodiscard]] bool met_another(double beta) const {
-    for (const double part : {0.99, 0.97, 0.93}) {
-      const std::vector<Guess> found = find_extremals(at(part * beta));
-      if (found.size() >= 2 && found[1].final_time - found[0].final_time < 3.0 * (1.0 - part) * found[0].final_time) return true;
+  /// At a fold the unknowns leave like √(β_max − β), so |dy/dβ|⁻² falls in proportion to what is left. Two pairs of the last three stations
+  /// must agree on where it vanishes.
+  std::optional<double> fold_beyond(Shooting& shooting, const std::vector<Station>& stations) const {
+    if (stations.size() < 3) return std::nullopt;
+    std::array<double, 3> beta{}, left{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Station& station = stations[stations.size() - 3 + i];
+      shooting.set_parameters(station.parameters);
+      std::vector<double> path(station.parameters.size(), 0.0);
+      path[beta_place] = 1.0;
+      const Shot& shot = shooting.evaluate(station.y, path);
+      const Eigen::VectorXd tangent = shooting.jacobian(shot).partialPivLu().solve(shooting.path_derivative(shot));
+      beta[i] = station.parameters[beta_place];
+      left[i] = 1.0 / tangent.cwiseQuotient(shooting.unknown_scales()).squaredNorm();
     }
-    return false;
+    const auto vanishes = [&](std::size_t i, std::size_t j) { return beta[j] + left[j] * (beta[j] - beta[i]) / (left[i] - left[j]); };
+    const double first = vanishes(0, 1), second = vanishes(1, 2);
+    const bool agree = std::abs(first - second) < 0.3 * (second - beta[0]);
+    return second > beta[2] && agree ? std::optional(second) : std::nullopt;
   }
 
   const Scene& scene_;

@@ -68,6 +68,7 @@ Reached<S> travel(const Orbit& orbit, const S& start, const S& end) {
       integrate(orbit, 1.0, orbit.variable(end, 1.0), orbit.middle(), sum);
       break;
   }
+  sum.forward = sum.forward && isfinite(primal(orbit.at_place(start).rate));  // between the nodes D may turn negative at an end
   return sum;
 }
 
