@@ -51,7 +51,8 @@ void expect_reference(const std::vector<Quantity>& found, const json& expected, 
     const Quantity& quantity = find({&found}, name);
     EXPECT_NEAR(quantity.value, value, 1e-10 * std::abs(value)) << name;
     // The references have 16 digits; two units in the last place of theirs beside the claimed bound.
-    EXPECT_NEAR(quantity.value, value, quantity.error_bound + 4e-16 * std::abs(value)) << name << ": the claimed bound does not hold";
+    EXPECT_NEAR(quantity.value, value, quantity.error_bound + 4e-16 * std::abs(value))
+        << name << ": the claimed bound does not hold";
     EXPECT_LE(quantity.error_bound, accuracy * std::max(1.0, std::abs(value))) << name;
   }
 }
@@ -73,13 +74,15 @@ TEST_P(Reference, ReproducesInEveryUnknown) {
   const std::vector<double> focal = focal_times(other);
   ASSERT_EQ(focal.size(), c.focal.size());
   for (std::size_t i = 0; i < focal.size(); ++i) {
-    // The references give the last node before the change of sign, of 200 over the path. FocalTimes of drag_test has sharper ones.
+    // The references give the last node before the change of sign, of 200 over the path. FocalTimes of drag_test has
+    // sharper ones.
     EXPECT_GE(focal[i], c.focal[i]);
     EXPECT_LE(focal[i], c.focal[i] + other.final_time() / 200);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Drag, Reference, testing::ValuesIn(reference_cases()), [](const auto& test) { return test.param.name; });
+INSTANTIATE_TEST_SUITE_P(Drag, Reference, testing::ValuesIn(reference_cases()),
+                         [](const auto& test) { return test.param.name; });
 
 TEST(DragScene, WithoutFrictionIsTheCycloidInClosedForm) {
   Scene scene;
@@ -136,13 +139,16 @@ TEST(DragScene, InvariantUnderScalingOfLengthAndTime) {
     for (const double q : {0.02, 5.0}) {
       const double time = std::sqrt(k / q), speed = std::sqrt(k * q);
       Scene scene;
-      scene = {scene.x * k, scene.y * k, scene.speed * speed, scene.mu / time, scene.beta / (speed * speed * time), scene.gravity * q};
+      scene = {scene.x * k,      scene.y * k, scene.speed * speed, scene.mu / time, scene.beta / (speed * speed * time),
+               scene.gravity * q};
       const Outcome outcome = solve_scene(scene, {.accuracy = 1e-10});
       ASSERT_TRUE(outcome.solved()) << outcome.message;
-      for (const auto& [name, unit] : {std::pair{"final_time", time}, std::pair{"lambda_x", 1 / speed}, std::pair{"lambda_y", 1 / speed},
-                                       std::pair{"lambda_v0", time / speed}, std::pair{"theta1", 1.0}, std::pair{"v_f", speed}}) {
+      for (const auto& [name, unit] :
+           {std::pair{"final_time", time}, std::pair{"lambda_x", 1 / speed}, std::pair{"lambda_y", 1 / speed},
+            std::pair{"lambda_v0", time / speed}, std::pair{"theta1", 1.0}, std::pair{"v_f", speed}}) {
         const Quantity &a = plain[name], &b = outcome[name];
-        EXPECT_NEAR(b.value / unit, a.value, a.error_bound + b.error_bound / unit + 1e-14 * std::abs(a.value)) << name << ' ' << k << ' ' << q;
+        EXPECT_NEAR(b.value / unit, a.value, a.error_bound + b.error_bound / unit + 1e-14 * std::abs(a.value))
+            << name << ' ' << k << ' ' << q;
       }
       EXPECT_EQ(outcome.other_extremals.size(), 1U);
     }
@@ -150,7 +156,8 @@ TEST(DragScene, InvariantUnderScalingOfLengthAndTime) {
 }
 
 TEST(DragScene, ClaimedBoundsHoldAtEveryAccuracy) {
-  for (const Scene& scene : {Scene{}, Scene{20, -3, 2, 0.8, -0.002, 9.8}, Scene{10, -4, 15, 0.5, -0.002, 9.8}, Scene{50, -2, 30, 0.9, -0.01, 9.8}}) {
+  for (const Scene& scene : {Scene{}, Scene{20, -3, 2, 0.8, -0.002, 9.8}, Scene{10, -4, 15, 0.5, -0.002, 9.8},
+                             Scene{50, -2, 30, 0.9, -0.01, 9.8}}) {
     const Outcome exact = solve_scene(scene, {.accuracy = 1e-11});
     ASSERT_TRUE(exact.solved()) << exact.message;
     for (const double accuracy : {1e-4, 1e-6, 1e-8}) {
@@ -166,8 +173,9 @@ TEST(DragScene, ClaimedBoundsHoldAtEveryAccuracy) {
 }
 
 TEST(DragScene, GreatestHeightIsThatOfAThrow) {
-  for (const Scene& scene : {Scene{1, 0, 2, 0.3, 0.0, 9.8}, Scene{1, 0, 40, 1.0, -0.01, 9.8}, Scene{1, 0, 0.1, 0.3, -5.0, 9.8},
-                             Scene{1, 0, 300, 0.0, -2.0, 9.8}, Scene{1, 0, 8, 0.3, 0.004, 9.8}}) {
+  for (const Scene& scene :
+       {Scene{1, 0, 2, 0.3, 0.0, 9.8}, Scene{1, 0, 40, 1.0, -0.01, 9.8}, Scene{1, 0, 0.1, 0.3, -5.0, 9.8},
+        Scene{1, 0, 300, 0.0, -2.0, 9.8}, Scene{1, 0, 8, 0.3, 0.004, 9.8}}) {
     EXPECT_NEAR(greatest_height(scene) / test::drag_throw(scene), 1.0, 1e-11) << scene.speed;
   }
   Scene free;

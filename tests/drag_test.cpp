@@ -1,4 +1,5 @@
-/// The extremals of the bead with drag as quadratures, against the full state–costate flow; their shooting problem; focal points.
+/// The extremals of the bead with drag as quadratures, against the full state–costate flow; their shooting problem; focal
+/// points.
 #include "drag_check.hpp"
 
 #include <costate/shooting/shooting.hpp>
@@ -72,9 +73,9 @@ Path path_of(const Case& c) {
   return path_of(OrbitArc<MonotoneOrbit>{1.0, speed_map(plain.constants, c.start, c.first)}, c.start, p);
 }
 
-// z = (v, λv) of the model as Pontryagin's principle gives it, in time: it knows nothing of D, of η or of the end speed. Errors of about a
-// hundred steps on either side, each of at most a few times the tolerance, grow like the distance from the steady motion: by less than 1e5 in
-// the cases close to it (z = 4.6 and 3), by less than a hundred in the others.
+// z = (v, λv) of the model as Pontryagin's principle gives it, in time: it knows nothing of D, of η or of the end speed.
+// Errors of about a hundred steps on either side, each of at most a few times the tolerance, grow like the distance from
+// the steady motion: by less than 1e5 in the cases close to it (z = 4.6 and 3), by less than a hundred in the others.
 TEST_P(EveryOrbit, IsTheFullFlow) {
   const Case& c = GetParam();
   const Path path = path_of(c);
@@ -83,7 +84,8 @@ TEST_P(EveryOrbit, IsTheFullFlow) {
   Flow flow(field, {.tolerance = {tolerance, tolerance}});
   VectorXd p(5);
   p << path.lambda_x, path.lambda_y, c.friction.mu, c.friction.beta, 1.0;
-  const FlowEnd& end = flow.run(0.0, path.t, Eigen::Vector2d(path.v0, path.lambda_v0), p, {Eigen::MatrixXd(2, 0), Eigen::MatrixXd(5, 0)});
+  const FlowEnd& end = flow.run(0.0, path.t, Eigen::Vector2d(path.v0, path.lambda_v0), p,
+                                {Eigen::MatrixXd(2, 0), Eigen::MatrixXd(5, 0)});
   const bool close = std::string(c.name).find("close") != std::string::npos;
   const double bound = (close ? 1e5 : 100.0) * 100 * tolerance;
   EXPECT_NEAR(end.quadrature[0], path.x, bound);
@@ -92,8 +94,9 @@ TEST_P(EveryOrbit, IsTheFullFlow) {
   EXPECT_NEAR(end.state[1], 0.0, bound);
   EXPECT_NEAR(path.lambda_vf, 0.0, 1e-14);
   EXPECT_NEAR(path.v_f * std::hypot(path.lambda_x, path.lambda_y), 1.0, 1e-14) << "H = 0 at the end";
-  EXPECT_NEAR(Flight().hamiltonian({path.v0, path.lambda_v0}, {path.lambda_x, path.lambda_y, c.friction.mu, c.friction.beta, 1.0}), 0.0,
-              1e-13);
+  EXPECT_NEAR(Flight().hamiltonian({path.v0, path.lambda_v0},
+                                   {path.lambda_x, path.lambda_y, c.friction.mu, c.friction.beta, 1.0}),
+              0.0, 1e-13);
 }
 
 /// The scene whose extremal the orbit is, with g = 1 in SI units, and its guess.
@@ -129,7 +132,8 @@ TEST_P(EveryOrbit, JacobianAndParameterDerivativesAgreeWithDifferences) {
   const VectorXd y = unknowns(guess);
   const std::vector<double> p = parameters(scene);
   const Eigen::MatrixXd jacobian = shooting.jacobian(shooting.evaluate(y));
-  // Central differences with h = 1e-5: truncation h² times third derivatives (up to some hundred), integration noise 1e-12/h.
+  // Central differences with h = 1e-5: truncation h² times third derivatives (up to some hundred), integration noise
+  // 1e-12/h.
   constexpr double h = 1e-5, bound = 2e-6;
   const auto residual = [&](const VectorXd& at) { return shooting.residual(shooting.values(at)); };
   for (Eigen::Index j = 0; j < y.size(); ++j) {
@@ -138,7 +142,8 @@ TEST_P(EveryOrbit, JacobianAndParameterDerivativesAgreeWithDifferences) {
     up[j] += step;
     down[j] -= step;
     const VectorXd difference = (residual(up) - residual(down)) / (2.0 * step);
-    EXPECT_LE((difference - jacobian.col(j)).cwiseAbs().maxCoeff(), bound * std::max(1.0, difference.cwiseAbs().maxCoeff())) << j;
+    EXPECT_LE((difference - jacobian.col(j)).cwiseAbs().maxCoeff(), bound * std::max(1.0, difference.cwiseAbs().maxCoeff()))
+        << j;
   }
   for (std::size_t j = 0; j < p.size(); ++j) {
     std::vector<double> path(p.size(), 0.0), up = p, down = p;
@@ -155,12 +160,14 @@ TEST_P(EveryOrbit, JacobianAndParameterDerivativesAgreeWithDifferences) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Drag, EveryOrbit, testing::ValuesIn(cases), [](const auto& test) { return std::string(test.param.name); });
+INSTANTIATE_TEST_SUITE_P(Drag, EveryOrbit, testing::ValuesIn(cases),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 TEST(FastestSlope, MaximisesTheHamiltonianWithTheSignOfLegendreAndClebsch) {
   const Bead bead;
   const Vec<double, 3> p{0.3, 0.004, 9.8};
-  for (const Vec<double, 3>& costate : {Vec<double, 3>{0.2, 0.25, 0.15}, Vec<double, 3>{0.1, -0.3, 0.02}, Vec<double, 3>{0.2, 0.1, -0.1}}) {
+  for (const Vec<double, 3>& costate :
+       {Vec<double, 3>{0.2, 0.25, 0.15}, Vec<double, 3>{0.1, -0.3, 0.02}, Vec<double, 3>{0.2, 0.1, -0.1}}) {
     const Vec<double, 3> q{0.0, 0.0, 3.0};
     const auto best = FastestSlope().control(q, costate, p);
     const double maximum = hamiltonian(bead, q, costate, best, p);
@@ -170,7 +177,8 @@ TEST(FastestSlope, MaximisesTheHamiltonianWithTheSignOfLegendreAndClebsch) {
     const double N = std::hypot(3.0 * costate[0], 3.0 * costate[1] - 9.8 * costate[2]);
     constexpr double h = 1e-4;  // truncation h²N/12, rounding 1e-16/h²
     const double second = (hamiltonian(bead, q, costate, Vec<double, 1>{best[0] + h}, p) - 2.0 * maximum +
-                           hamiltonian(bead, q, costate, Vec<double, 1>{best[0] - h}, p)) / (h * h);
+                           hamiltonian(bead, q, costate, Vec<double, 1>{best[0] - h}, p)) /
+                          (h * h);
     EXPECT_NEAR(second, -N, 1e-7);
   }
 }
@@ -191,8 +199,9 @@ double family_determinant(const Scene& scene, double v_f, double theta_f, double
   return derivative.determinant();
 }
 
-// The extremals that dive have one focal point; the determinant of an independent integration in time changes its sign there, and nowhere
-// else on the path. Where it is zero is known to the error of the differences, h² = 1e-10 times derivatives of order 1e3 to 1e4.
+// The extremals that dive have one focal point; the determinant of an independent integration in time changes its sign
+// there, and nowhere else on the path. Where it is zero is known to the error of the differences, h² = 1e-10 times
+// derivatives of order 1e3 to 1e4.
 TEST(FocalTimes, AreThoseOfAnIndependentFamily) {
   for (const double speed : {2.0, 4.0, 6.0}) {
     Scene scene;

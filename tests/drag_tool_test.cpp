@@ -45,7 +45,8 @@ TEST_F(DragTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
     const std::string line = fmt::format("{}\n{}", fmt::join(bad.arguments, " "), got.err);
     EXPECT_EQ(got.status, 2) << line;
     EXPECT_EQ(got.out, "") << line;
-    for (const std::string& part : bad.named) EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
+    for (const std::string& part : bad.named)
+      EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
     EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << "one line: " << line;
   }
 }
@@ -131,7 +132,8 @@ TEST_F(DragTool, CsvRunsFromTheStartToTheEnd) {
   const auto numbers = [](const std::string& row) {
     std::vector<double> values;
     std::istringstream cells(row);
-    for (std::string cell; std::getline(cells, cell, ',');) values.push_back(cell.find_first_of("0123456789") == std::string::npos ? 0.0 : std::stod(cell));
+    for (std::string cell; std::getline(cells, cell, ',');)
+      values.push_back(cell.find_first_of("0123456789") == std::string::npos ? 0.0 : std::stod(cell));
     return values;
   };
   const std::vector<double> start = numbers(first), end = numbers(last);

@@ -62,13 +62,13 @@ class SceneSolver {
     } catch (const LeftDomain& failure) {
       failure_ = fmt::format("an extremal was found but not its focal points: {}", failure.what());
     }
-    std::sort(all.begin(), all.end(), [](const Extremal& a, const Extremal& b) {
-      return a.solution.final_time() < b.solution.final_time();
-    });
+    std::sort(all.begin(), all.end(),
+              [](const Extremal& a, const Extremal& b) { return a.solution.final_time() < b.solution.final_time(); });
   }
 
  private:
-  /// Two families may describe one orbit. Their results agree then to what both claim, with a margin for the size of the numbers.
+  /// Two families may describe one orbit. Their results agree then to what both claim, with a margin for the size of the
+  /// numbers.
   static bool same(const Solution& a, const Solution& b) {
     for (const char* name : {"final_time", "theta1", "theta2"}) {
       const Quantity &left = a[name], &right = b[name];
@@ -113,8 +113,8 @@ class Fold {
   /// The local minimum at the scene's own β, if it turns out to exist after all.
   [[nodiscard]] const std::optional<Guess>& survivor() const { return survivor_; }
 
-  /// The β where it ends, by following it from a smaller β at which the search finds it; nothing if that is not to be had or the path does
-  /// not end by meeting another extremal.
+  /// The β where it ends, by following it from a smaller β at which the search finds it; nothing if that is not to be had
+  /// or the path does not end by meeting another extremal.
   std::optional<double> find() {
     double beta = scene_.beta;
     for (int i = 0; i < 10; ++i) {
@@ -153,12 +153,13 @@ class Fold {
     for (int leg = 0; leg < 10; ++leg) {
       Shooting shooting(make_problem(at(beta), guess));
       // Towards a fold steps shrink without end, while its place is known from how the tangent grows.
-      const Followed path = follow(shooting, unknowns(guess), parameters(scene_),
-                                   {.tolerance = 1e-7, .first_step = 0.1, .smallest_step = 1e-4, .max_steps = 600, .max_integration_steps = 60000},
-                                   [&](const Eigen::VectorXd& y, const std::vector<double>& p) {
-                                     stations.push_back({p, y});
-                                     return false;
-                                   });
+      const Followed path = follow(
+          shooting, unknowns(guess), parameters(scene_),
+          {.tolerance = 1e-7, .first_step = 0.1, .smallest_step = 1e-4, .max_steps = 600, .max_integration_steps = 60000},
+          [&](const Eigen::VectorXd& y, const std::vector<double>& p) {
+            stations.push_back({p, y});
+            return false;
+          });
       cost_.newton_iterations += path.newton_iterations;
       guess.first = path.y[0];
       guess.second = path.y[1];
@@ -171,7 +172,8 @@ class Fold {
         return std::nullopt;
       }
       // A path may also end at the border of its family; then the search finds the minimum beyond.
-      const double beyond = std::max(std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta), fold ? 1.0001 * *fold : 0.0);
+      const double beyond = std::max(std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta),
+                                     fold ? 1.0001 * *fold : 0.0);
       if (beyond >= scene_.beta) return fold;
       const auto next = minimum_at(beyond);
       if (!next) return fold;
@@ -182,8 +184,8 @@ class Fold {
     return std::nullopt;
   }
 
-  /// At a fold the unknowns leave like √(β_max − β), so |dy/dβ|⁻² falls in proportion to what is left. Two pairs of the last three stations
-  /// must agree on where it vanishes.
+  /// At a fold the unknowns leave like √(β_max − β), so |dy/dβ|⁻² falls in proportion to what is left. Two pairs of the
+  /// last three stations must agree on where it vanishes.
   std::optional<double> fold_beyond(Shooting& shooting, const std::vector<Station>& stations) const {
     if (stations.size() < 3) return std::nullopt;
     std::array<double, 3> beta{}, left{};
@@ -197,7 +199,9 @@ class Fold {
       beta[i] = station.parameters[beta_place];
       left[i] = 1.0 / tangent.cwiseQuotient(shooting.unknown_scales()).squaredNorm();
     }
-    const auto vanishes = [&](std::size_t i, std::size_t j) { return beta[j] + left[j] * (beta[j] - beta[i]) / (left[i] - left[j]); };
+    const auto vanishes = [&](std::size_t i, std::size_t j) {
+      return beta[j] + left[j] * (beta[j] - beta[i]) / (left[i] - left[j]);
+    };
     const double first = vanishes(0, 1), second = vanishes(1, 2);
     const bool agree = std::abs(first - second) < 0.3 * (second - beta[0]);
     return second > beta[2] && agree ? std::optional(second) : std::nullopt;
@@ -238,10 +242,11 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     const double height = greatest_height(scene);
     outcome.limits.push_back({"y_max", "m", height});
     if (scene.y >= height) {
-      return finish(Outcome::Status::infeasible,
-                    fmt::format("y = {:g} m is out of reach: with speed = {:g} m/s the bead cannot rise to y_max = {:.12g} m{}", scene.y,
-                                scene.speed, height,
-                                scene.beta > 0.0 ? " without diving to speeds at which friction is a thrust" : ""));
+      return finish(
+          Outcome::Status::infeasible,
+          fmt::format("y = {:g} m is out of reach: with speed = {:g} m/s the bead cannot rise to y_max = {:.12g} m{}",
+                      scene.y, scene.speed, height,
+                      scene.beta > 0.0 ? " without diving to speeds at which friction is a thrust" : ""));
     }
   }
   SceneSolver solver(scene, options, outcome.cost);
@@ -254,10 +259,12 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     const std::optional<double> beta_max = fold.find();
     if (beta_max) {
       outcome.limits.push_back({"beta_max", "s/m^2", beta_max});
-      return finish(Outcome::Status::infeasible,
-                    fmt::format("beta = {:g} s/m^2 leaves no local minimum: as beta grows, the fastest motion meets one that dives into the "
-                                "thrust at beta_max = {:.9g} s/m^2, and beyond there is neither",
-                                scene.beta, *beta_max));
+      return finish(
+          Outcome::Status::infeasible,
+          fmt::format(
+              "beta = {:g} s/m^2 leaves no local minimum: as beta grows, the fastest motion meets one that dives into the "
+              "thrust at beta_max = {:.9g} s/m^2, and beyond there is neither",
+              scene.beta, *beta_max));
     }
     if (fold.survivor()) {
       extremals.clear();
@@ -266,9 +273,10 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
       if (outcome.solved()) return finish(Outcome::Status::solved, "");
     }
   }
-  return finish(Outcome::Status::failed,
-                fmt::format("no extremal without a focal point was found ({} with one); try a nearer end point or less friction",
-                            outcome.other_extremals.size()));
+  return finish(
+      Outcome::Status::failed,
+      fmt::format("no extremal without a focal point was found ({} with one); try a nearer end point or less friction",
+                  outcome.other_extremals.size()));
 }
 
 }  // namespace costate::drag

@@ -27,13 +27,11 @@ struct Reached {
     t += r.quadrature[2] * share;
     forward = forward && primal(r.quadrature[2]) * primal(share) > 0.0;
   }
-  [[nodiscard]] bool admissible() const {
-    return forward && primal(x) > 0.0 && isfinite(x) && isfinite(y) && isfinite(t);
-  }
+  [[nodiscard]] bool admissible() const { return forward && primal(x) > 0.0 && isfinite(x) && isfinite(y) && isfinite(t); }
 };
 
-/// ∫ over u from `outer` to `inner` on one side, counted forward in time, on panels that grow: the integrand varies at the outer end and
-/// within some units of η = 0.
+/// ∫ over u from `outer` to `inner` on one side, counted forward in time, on panels that grow: the integrand varies at the
+/// outer end and within some units of η = 0.
 template <class Orbit, class S>
 void integrate(const Orbit& orbit, double side, const S& outer, const S& inner, Reached<S>& sum) {
   const double length = std::abs(primal(inner) - primal(outer));
@@ -68,7 +66,8 @@ Reached<S> travel(const Orbit& orbit, const S& start, const S& end) {
       integrate(orbit, 1.0, orbit.variable(end, 1.0), orbit.middle(), sum);
       break;
   }
-  sum.forward = sum.forward && isfinite(primal(orbit.at_place(start).rate));  // between the nodes D may turn negative at an end
+  sum.forward = sum.forward &&
+                isfinite(primal(orbit.at_place(start).rate));  // between the nodes D may turn negative at an end
   return sum;
 }
 
@@ -252,10 +251,11 @@ class Search {
     if (share[0] >= 0.0 && share[1] >= 0.0 && share.sum() <= 1.0) points.push_back(base + sides * share);
   }
 
-  /// Newton's method with steps of at most one grid cell or two, halved until the step that would follow with the same Jacobian is
-  /// shorter (Deuflhard's natural monotonicity test: rows of any scale).
+  /// Newton's method with steps of at most one grid cell or two, halved until the step that would follow with the same
+  /// Jacobian is shorter (Deuflhard's natural monotonicity test: rows of any scale).
   [[nodiscard]] std::optional<Plane> newton(Plane at) const {
-    // The number of panels jumps as the ends of a path move: below the error of the quadrature Newton's method finds no decrease.
+    // The number of panels jumps as the ends of a path move: below the error of the quadrature Newton's method finds no
+    // decrease.
     constexpr double tolerance = 1e-10, close = 1e-5;
     for (int iteration = 0; iteration < 40; ++iteration) {
       const auto end = sheet_.reach(Sensitive::variable(at[0], 0), Sensitive::variable(at[1], 1));
