@@ -94,6 +94,7 @@ TEST_F(DragTool, JsonHoldsUnknownsLimitsAndOtherExtremals) {
   EXPECT_NEAR(result["final_time"].get<double>(), 1.4687921521171958, 1e-10);
   EXPECT_EQ(result["certificate"]["verdict"], "extremal");
   ASSERT_EQ(result["other_extremals"].size(), 1U);
+  EXPECT_TRUE(contains(result["other_extremals"][0]["message"], "not a minimum"));
   EXPECT_NEAR(result["other_extremals"][0]["final_time"].get<double>(), 1.860214189843321, 2e-10);
 }
 
