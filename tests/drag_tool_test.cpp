@@ -18,7 +18,7 @@ using tools::Ended;
 
 class DragTool : public tools::ToolTest {
  protected:
-  DragTool() : ToolTest(COSTATE_DRAG) {}
+  DragTool() : ToolTest(COSTATE_TOOL) {}
 };
 
 struct BadInput {

@@ -60,8 +60,8 @@ std::optional<Cycloid> cycloid(double a, double b, double speed, double gravity)
   c.psi1 = speed == 0.0 ? 0.0 : m - 0.5 * turn.turn;
   c.psi2 = m + 0.5 * turn.turn;
   c.lambda_x = 0.5 / root;
-  // tan θ₂ = −cot ψ₂, and λ is along the final direction: λv vanishes there.
-  c.lambda_y = -c.lambda_x / std::tan(c.psi2);
+  // λ is along the final direction, for λv vanishes there, and H = 0 makes it 1/v_f long.
+  c.lambda_y = -std::cos(c.psi2) / std::sqrt(end_square);
   c.final_time = 2.0 * turn.turn * root / gravity;
   return c;
 }

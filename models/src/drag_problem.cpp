@@ -152,11 +152,11 @@ OrbitPoint<double> DragProblem::orbit_point(const ArcPoint& point) const {
   const Vec<double, 4> parameter{p[0], p[1], p[2], p[3]};
   const double side = side_of(*point.record);
   switch (family_) {
-    case Family::turning: return OrbitArc<TurningOrbit>().orbit(parameter).at(point.variable, side);
-    case Family::passing: return OrbitArc<PassingOrbit>().orbit(parameter).at(point.variable, side);
+    case Family::turning: return OrbitArc<TurningOrbit>().orbit(parameter).at(point.own, side);
+    case Family::passing: return OrbitArc<PassingOrbit>().orbit(parameter).at(point.own, side);
     case Family::monotone: break;
   }
-  return OrbitArc<MonotoneOrbit>{side, map_}.orbit(parameter).at(point.variable, side);
+  return OrbitArc<MonotoneOrbit>{side, map_}.orbit(parameter).at(point.own, side);
 }
 
 std::vector<double> DragProblem::observe(const ArcPoint& point, const std::vector<double>& p) const {

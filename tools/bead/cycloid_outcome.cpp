@@ -21,7 +21,8 @@ tools::Outcome cycloid_outcome(double a, double b, double speed, double gravity)
   }
   const double start_lambda_v = found->at(0.0).lambda_v;
   const double lambda = std::hypot(found->lambda_x, found->lambda_y);
-  // Tens of units in the last place, of the size of the terms each number is a sum of.
+  // Tens of units in the last place, of the size of the terms each number is a sum of; λv inherits the error of a slope times
+  // |λ|/(gλx).
   const auto quantity = [](const char* name, const char* unit, double value, double size) {
     return Quantity{name, unit, value, 32.0 * std::numeric_limits<double>::epsilon() * size};
   };
@@ -29,7 +30,7 @@ tools::Outcome cycloid_outcome(double a, double b, double speed, double gravity)
                          {quantity("final_time", "s", found->final_time, found->final_time),
                           quantity("lambda_x", "s/m", found->lambda_x, lambda),
                           quantity("lambda_y", "s/m", found->lambda_y, lambda),
-                          quantity("lambda_v0", "s^2/m", start_lambda_v, start_lambda_v),
+                          quantity("lambda_v0", "s^2/m", start_lambda_v, lambda / (gravity * found->lambda_x)),
                           quantity("theta1", "rad", found->theta1(), 1.0),
                           quantity("theta2", "rad", found->theta2(), 1.0)},
                          {{{"t", "s"}, {"x", "m"}, {"y", "m"}, {"v", "m/s"}, {"theta", "rad"}, {"lambda_x", "s/m"},

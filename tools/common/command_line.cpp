@@ -5,9 +5,11 @@
 #include <costate/error.hpp>
 #include <costate/shooting/solve.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <iostream>
 #include <system_error>
 
@@ -57,6 +59,13 @@ void CommandLine::number(const std::string& flag, std::optional<double>& target,
   add(flag, range, fmt::format("{}; {}", help, range.describe())).store = [&target](double v) { target = v; };
 }
 
+void CommandLine::choice(const std::string& flag, std::string& target, const std::vector<std::string>& words,
+                         const std::string& help) {
+  const std::string text = fmt::format("{} [{}]; {}", help, target, fmt::join(words, ", "));
+  app_.add_option(flag, target, text)->type_name("NAME");
+  choices_.push_back({flag, &target, words});
+}
+
 void CommandLine::toggle(const std::string& flag, bool& target, const std::string& help) { app_.add_flag(flag, target, help); }
 
 void CommandLine::solver_flags() {
@@ -73,11 +82,24 @@ void CommandLine::store_numbers() {
   }
 }
 
+void CommandLine::check_choices() const {
+  for (const Choice& choice : choices_) {
+    if (std::find(choice.words.begin(), choice.words.end(), *choice.target) != choice.words.end()) continue;
+    throw BadInput(fmt::format("{} '{}' is not admissible: admissible {}", choice.flag, *choice.target,
+                               fmt::join(choice.words, ", ")));
+  }
+}
+
 std::string CommandLine::explain(const CLI::ParseError& error) const {
   std::string text = error.what();
   for (const auto& number : numbers_) {
     if (text.find(number->flag + ":") != std::string::npos || text.find(number->flag + " ") == 0) {
       text += fmt::format(" (admissible {})", number->range.describe());
+    }
+  }
+  for (const Choice& choice : choices_) {
+    if (text.find(choice.flag + ":") != std::string::npos || text.find(choice.flag + " ") == 0) {
+      text += fmt::format(" (admissible {})", fmt::join(choice.words, ", "));
     }
   }
   return text;
@@ -87,6 +109,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   try {
     app_.parse(argc, argv);
     store_numbers();
+    check_choices();
     if (!csv.empty()) check_writable("--csv", csv);
     if (csv.empty() && csv_option_ != nullptr && csv_option_->count() > 0) throw BadInput("--csv '' is not a file name");
     return std::nullopt;

@@ -35,6 +35,8 @@ class CommandLine {
   void number(const std::string& flag, double& target, const Range& range, const std::string& help);
   /// A number that may be left out.
   void number(const std::string& flag, std::optional<double>& target, const Range& range, const std::string& help);
+  /// One of several words.
+  void choice(const std::string& flag, std::string& target, const std::vector<std::string>& words, const std::string& help);
   /// A switch.
   void toggle(const std::string& flag, bool& target, const std::string& help);
   /// Text after the list of flags in --help.
@@ -59,14 +61,21 @@ class CommandLine {
     Range range;
     std::function<void(double)> store;
   };
+  struct Choice {
+    std::string flag;
+    std::string* target;
+    std::vector<std::string> words;
+  };
   Number& add(const std::string& flag, const Range& range, const std::string& help);
   void store_numbers();
+  void check_choices() const;
   [[nodiscard]] std::string explain(const CLI::ParseError& error) const;
 
   CLI::App app_;
   CLI::Option* csv_option_ = nullptr;
   std::string tool_;
   std::vector<std::unique_ptr<Number>> numbers_;
+  std::vector<Choice> choices_;
 };
 
 /// Runs a tool's body: bad input found late is status 2, anything unforeseen status 4, each with a message on stderr.

@@ -28,6 +28,7 @@ struct ClosedForm {
   std::string name;  ///< "cycloid"
   std::vector<Quantity> quantities;  ///< as the reports of a Solution, final_time among them
   Table trajectory;
+  std::string note = "in closed form: nothing was integrated";  ///< how it was found, for people
 };
 
 /// What became of a scene. If solved, exactly one of `solution` (solved) and `closed_form` holds the answer.

@@ -141,13 +141,22 @@ void print_table(const Heading& heading, const Outcome& outcome) {
     fmt::print("  another extremal, no minimum or slower: final time {:.15g} s ({})\n", other["final_time"].value, other.message);
   }
   if (outcome.solved() && outcome.closed_form) {
-    fmt::print("\n  in closed form: nothing was integrated\n");
+    fmt::print("\n  {}\n", outcome.closed_form->note);
   } else if (outcome.solved()) {
     fmt::print("\n  condition of the shooting system {:.2g}, largest residual {:.1e}, {} integration steps, {:.1f} ms\n",
                outcome.solution.certificate.condition, outcome.solution.certificate.largest_residual, outcome.cost.steps,
                1e3 * outcome.cost.seconds);
   }
   if (!outcome.message.empty()) fmt::print("  {}\n", outcome.message);
+}
+
+int exit_status(Outcome::Status status) {
+  switch (status) {
+    case Outcome::Status::solved: return exit_solved;
+    case Outcome::Status::infeasible: return exit_infeasible;
+    case Outcome::Status::failed: return exit_failed;
+  }
+  return exit_failed;
 }
 
 int deliver(const Heading& heading, const Outcome& outcome, bool json, bool quiet, const std::string& csv) {
@@ -162,12 +171,7 @@ int deliver(const Heading& heading, const Outcome& outcome, bool json, bool quie
   if (!outcome.solved() && !json) {
     fmt::print(stderr, "costate-{}: {}: {}\n", heading.model, status_name(outcome.status), outcome.message);
   }
-  switch (outcome.status) {
-    case Outcome::Status::solved: return exit_solved;
-    case Outcome::Status::infeasible: return exit_infeasible;
-    case Outcome::Status::failed: return exit_failed;
-  }
-  return exit_failed;
+  return exit_status(outcome.status);
 }
 
 void check_writable(const std::string& flag, const std::string& file) {

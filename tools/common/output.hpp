@@ -20,6 +20,9 @@ struct Heading {
 [[nodiscard]] nlohmann::ordered_json to_json(const Heading& heading, const Outcome& outcome);
 void print_table(const Heading& heading, const Outcome& outcome);
 
+/// The exit status that belongs to an outcome.
+[[nodiscard]] int exit_status(Outcome::Status status);
+
 /// Prints as the flags ask and returns the exit status that belongs to the outcome.
 int deliver(const Heading& heading, const Outcome& outcome, bool json, bool quiet, const std::string& csv);
 

@@ -28,7 +28,7 @@ struct Cycloid {
 };
 
 /// The fastest motion without friction from (0, 0), left at the speed v₀ ≥ 0, to (a, b), a > 0; nothing if the bead does not
-/// have the energy to arrive at a positive speed, b ≥ v₀²/(2g). Good to about ten units in the last place of each number.
+/// have the energy to arrive at a positive speed, b ≥ v₀²/(2g). Final time and λ are good to some ten units in the last place of their size, angles to as many of π.
 ///
 /// With v₀ and v_f = √(v₀² − 2 g b) the mean m of ψ at both ends follows from the turn Δ = θ₂ − θ₁,
 ///     tan(m) = (v_f + v₀)² tan(Δ/2) / (−2 g b),  ψ = m ± Δ/2,  √(gR) = (v_f + v₀) / (4 sin m cos(Δ/2)),

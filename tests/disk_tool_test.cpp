@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 class Tool : public tools::ToolTest {
  protected:
-  Tool() : ToolTest(COSTATE_DISK) {}
+  Tool() : ToolTest(COSTATE_TOOL) {}
 
   json solved_json(Arguments arguments) {
     arguments.push_back("--json");

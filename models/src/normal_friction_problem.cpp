@@ -1,0 +1,244 @@
+#include <costate/models/normal_friction.hpp>
+
+#include <costate/error.hpp>
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate::normal_friction {
+
+namespace {
+
+/// f(θ) of the parameters that `get` gives by place.
+template <class S, class Get>
+Push<S> make_push(const Get& get) {
+  const S x = get(x_place), y = get(y_place), gravity = get(gravity_place);
+  const S cubic = get(beta_place) * gravity * gravity * gravity;
+  const S linear = 1.0 - get(nonlinearity_place);
+  const S square = x * x + y * y;
+  const S c2 = x * x / square, s2 = y * y / square;
+  return {linear * cubic * c2 * (c2 + 3.0 * s2) - get(mu_place) * gravity,
+          -(2.0 * linear * cubic * c2 * x * y / square) - gravity, (1.0 - linear) * cubic};
+}
+
+/// The scene in units of the chord L and the speed √(v₀² + 2 g L).
+template <class S>
+struct Scaled {
+  S length, speed, time;
+  S start_speed;
+  S chord_cosine, chord_sine;  ///< the end point
+  Push<S> push;
+
+  template <class Get>
+  explicit Scaled(const Get& get) {
+    const S x = get(x_place), y = get(y_place), v0 = get(speed_place), gravity = get(gravity_place);
+    length = sqrt(x * x + y * y);
+    speed = sqrt(v0 * v0 + 2.0 * gravity * length);
+    time = length / speed;
+    start_speed = v0 / speed;
+    chord_cosine = x / length;
+    chord_sine = y / length;
+    const S unit = length / (speed * speed);
+    const Push<S> own = make_push<S>(get);
+    push = {own.x * unit, own.y * unit, own.cubic * unit};
+  }
+};
+
+class NormalFrictionProblem final : public Problem {
+ public:
+  NormalFrictionProblem(const Scene& scene, Structure arcs) : arcs_(std::move(arcs)) {
+    if (arcs_.empty()) throw BadInput("the arc structure is empty: at least one arc is needed");
+    unknowns_ = {{"theta2"}, {"log_turn"}};
+    rows_ = {{"end across gravity and linear friction"}, {"energy"}};
+    structure_.assign(arcs_.size(), "sliding");
+    for (std::size_t i = arcs_.size() - 1; i > 0; --i) {
+      unknowns_.push_back({fmt::format("log_jump_{}", i)});
+      unknowns_.push_back({fmt::format("log_turn_{}", i)});
+      rows_.push_back({fmt::format("speed at corner {}", i)});
+      rows_.push_back({fmt::format("lambda_v at corner {}", i)});
+    }
+    const std::vector<double> values = normal_friction::parameters(scene);
+    const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},       {"y", "m"},           {"speed", "m/s"},
+                                                                 {"mu", "1"},      {"beta", "s^4/m^2"},  {"gravity", "m/s^2"},
+                                                                 {"nonlinearity", "1"}};
+    for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
+  }
+
+  void shoot(Shot& shot) const override {
+    const Scaled<Jet> scene([&](std::size_t i) { return shot.parameter(i); });
+    const Jet& theta2 = shot.unknown(0);
+    // Arcs by place, from the last one backward.
+    std::vector<Piece> pieces(arcs_.size());
+    pieces.back() = {0.0, sign(arcs_.back().turn) * exp(shot.unknown(1))};
+    for (std::size_t i = arcs_.size() - 1, next = 2; i-- > 0; next += 2) {
+      pieces[i] = {pieces[i + 1].left + pieces[i + 1].turn + sign(arcs_[i + 1].jump) * exp(shot.unknown(next)),
+                   sign(arcs_[i].turn) * exp(shot.unknown(next + 1))};
+    }
+    for (const Piece& piece : pieces) require_motion(scene.push, theta2.value, piece);
+    const SlopePoint<Jet> start(scene.push, theta2, pieces[0].left + pieces[0].turn);
+    const Jet end_speed = scene.start_speed * start.q / start.d;
+
+    std::vector<Jet> at{0.0, 0.0, 0.0, 0.0, 0.0};
+    for (std::size_t i = 0; i < arcs_.size(); ++i) {
+      if (i > 0) corner(shot, scene, i, pieces[i - 1], pieces[i], at[0]);
+      at[4] = 0.0;
+      at = shot.arc({.arc = static_cast<int>(i),
+                     .field = &arc_,
+                     .t1 = 1.0,
+                     .quadrature = at,
+                     .parameter = {theta2, pieces[i].left, pieces[i].turn, end_speed, scene.push.x, scene.push.y, scene.push.cubic},
+                     .time_quadrature = 0})
+               .quadrature;
+    }
+    const Push<Jet>& push = scene.push;
+    const Jet across = push.x * (at[2] - scene.chord_sine) - push.y * (at[1] - scene.chord_cosine);
+    shot.row(0, across / std::hypot(push.x.value, push.y.value));
+    // (v_f/v₀)² − 1 with v_f/v₀ = q/d = cos τ + (f/d) sin τ, without the difference.
+    const Jet slope = start.f / start.d, left = theta2 - start.theta;
+    const Jet gained = sin(left) * (2.0 * slope * cos(left) - (1.0 - slope * slope) * sin(left));
+    const Jet square = scene.start_speed * scene.start_speed;
+    const Jet linear = 2.0 * (push.x * scene.chord_cosine + push.y * scene.chord_sine);
+    const double size = std::abs(linear.value) + std::min(square.value, std::hypot(push.x.value, push.y.value));
+    shot.row(1, (square * gained - linear - 2.0 * push.cubic * at[3]) / size);
+    shot.report("final_time", "s", scene.time * at[0]);
+    shot.report("lambda_x", "s/m", cos(theta2) / (scene.speed * end_speed));
+    shot.report("lambda_y", "s/m", sin(theta2) / (scene.speed * end_speed));
+    shot.report("lambda_v0", "s^2/m", scene.time / scene.speed * start.lambda_v());
+    shot.report("theta1", "rad", start.theta);
+    shot.report("theta2", "rad", theta2);
+    shot.report("v_f", "m/s", scene.speed * end_speed);
+    shot.complete({}, {}, scene.time.value);
+  }
+
+  [[nodiscard]] std::vector<Column> columns() const override {
+    return {{"x", "m"},          {"y", "m"},          {"v", "m/s"},          {"theta", "rad"}, {"lambda_x", "s/m"},
+            {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"N", "m/s^2"}};
+  }
+
+  [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& p) const override {
+    const Scaled<double> scene([&](std::size_t i) { return p[i]; });
+    const Eigen::VectorXd& constants = point.record->parameter;
+    const SlopePoint<double> at = slope_point(point, constants);
+    const double end_speed = scene.speed * constants[3];
+    return {scene.length * point.quadrature[1],
+            scene.length * point.quadrature[2],
+            end_speed * at.speed_ratio(),
+            at.theta,
+            std::cos(constants[0]) / end_speed,
+            std::sin(constants[0]) / end_speed,
+            scene.time / scene.speed * at.lambda_v(),
+            p[gravity_place] * at.cosine};
+  }
+
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>&) const override {
+    const Eigen::VectorXd& constants = point.record->parameter;
+    const SlopePoint<double> at = slope_point(point, constants);
+    const double v = constants[3] * at.speed_ratio(), lambda_v = at.lambda_v();
+    const double lambda_x = std::cos(constants[0]) / constants[3], lambda_y = std::sin(constants[0]) / constants[3];
+    const Vec<double, 3> c{v * lambda_x + lambda_v * constants[4], v * lambda_y + lambda_v * constants[5],
+                           lambda_v * constants[6]};
+    const auto hamiltonian = [&](double theta) {
+      const double cosine = std::cos(theta);
+      return cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta) - 1.0;
+    };
+    // H is known to rounding of the terms that q is a difference of, over q.
+    const double here = hamiltonian(at.theta), rounding = at.q / (std::abs(at.d) + std::abs(at.f));
+    const double size = 1.0 + std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]);
+    return {{"H times q/(|d| + |f|)", PathCheck::Kind::zero, here * rounding},
+            {"speed", PathCheck::Kind::nonnegative, v},
+            {"-H_theta_theta (Legendre-Clebsch)", PathCheck::Kind::nonnegative, at.gamma / at.q},
+            {"(H - highest H of any slope) / size of its terms (Weierstrass)", PathCheck::Kind::nonnegative,
+             (here - hamiltonian(BestSlope::of(c))) / size}};
+  }
+
+ private:
+  static double sign(Side side) { return static_cast<double>(static_cast<int>(side)); }
+
+  /// An arc from τ = left + turn to τ = left.
+  struct Piece {
+    Jet left, turn;
+  };
+
+  /// Rows and report of the corner between arcs i − 1 and i, reached at the scaled time `at`.
+  void corner(Shot& shot, const Scaled<Jet>& scene, std::size_t i, const Piece& first, const Piece& second, const Jet& at) const {
+    const Jet& theta2 = shot.unknown(0);
+    const SlopePoint<Jet> before(scene.push, theta2, first.left), after(scene.push, theta2, second.left + second.turn);
+    const Jet jump = after.theta - before.theta;
+    const std::size_t row = 2 * (arcs_.size() - i);
+    shot.row(row, (after.speed_ratio() / before.speed_ratio() - 1.0) / jump);
+    shot.row(row + 1, (after.lambda_v() / before.lambda_v() - 1.0) / jump);
+    shot.report(fmt::format("t{}", i), "s", scene.time * at);
+  }
+
+  [[nodiscard]] static SlopePoint<double> slope_point(const ArcPoint& point, const Eigen::VectorXd& constants) {
+    const Push<double> push{constants[4], constants[5], constants[6]};
+    return {push, constants[0], constants[1] + constants[2] * (1.0 - point.quadrature[4])};
+  }
+
+  /// The quadratures have a pole where q = 0: such a turn is no motion, and must not be integrated.
+  static void require_motion(const Push<Jet>& push, double theta2, const Piece& piece) {
+    const Push<double> numbers{push.x.value, push.y.value, push.cubic.value};
+    constexpr int cells = 32;
+    for (int i = 0; i <= cells; ++i) {
+      const SlopePoint<double> at(numbers, theta2, piece.left.value + piece.turn.value * i / cells);
+      if (!(at.speed_ratio() > 0.0)) {
+        throw LeftDomain(fmt::format("the speed has no positive value at theta = {:.6g} rad", at.theta));
+      }
+    }
+  }
+
+  Structure arcs_;
+  FieldOf<SlopeArc> arc_;
+};
+
+}  // namespace
+
+BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
+  constexpr std::size_t cells = 72;
+  struct Direction {
+    double theta, cosine, sine;
+  };
+  static const auto grid = [] {
+    std::array<Direction, cells + 1> directions{};
+    for (std::size_t i = 0; i <= cells; ++i) {
+      const double theta = std::numbers::pi * (2.0 * static_cast<double>(i) / cells - 1.0);
+      directions[i] = {theta, std::cos(theta), std::sin(theta)};
+    }
+    return directions;
+  }();
+  const auto falls = [&](const Direction& at) {
+    return c[1] * at.cosine - at.sine * (c[0] + 3.0 * c[2] * at.cosine * at.cosine) <= 0.0;
+  };
+  Bracket best{-std::numbers::pi, std::numbers::pi};
+  double top = -std::numeric_limits<double>::infinity();
+  const auto consider = [&](const Bracket& around) {
+    const double theta = guarded_root(Slope{}, c, around.lower, around.upper), cosine = std::cos(theta);
+    const double height = cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta);
+    if (height > top) {
+      top = height;
+      best = around;
+    }
+  };
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (!falls(grid[i]) && falls(grid[i + 1])) consider({grid[i].theta, grid[i + 1].theta});
+  }
+  // π and −π are one direction, but not to the last digit.
+  constexpr double seam = 1e-6;
+  if (falls(grid.front()) && !falls(grid.back())) consider({std::numbers::pi - seam, std::numbers::pi + seam});
+  return best;
+}
+
+std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure) {
+  return std::make_shared<NormalFrictionProblem>(scene, structure);
+}
+
+Push<double> push_of(const Scene& scene, double nonlinearity) {
+  const std::vector<double> values = parameters(scene, nonlinearity);
+  return make_push<double>([&](std::size_t i) { return values[i]; });
+}
+
+std::vector<double> parameters(const Scene& scene, double nonlinearity) {
+  return {scene.x, scene.y, scene.speed, scene.mu, scene.beta, scene.gravity, nonlinearity};
+}
+
+}  // namespace costate::normal_friction

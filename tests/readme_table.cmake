@@ -1,0 +1,10 @@
+# The table of reproduced numbers in README.md is what the program prints. Usage: cmake -DPROGRAM=… -DREADME=… -P readme_table.cmake
+execute_process(COMMAND ${PROGRAM} --markdown OUTPUT_VARIABLE printed RESULT_VARIABLE status)
+if(NOT status EQUAL 0)
+  message(FATAL_ERROR "costate-reproduce --markdown: exit status ${status}")
+endif()
+file(READ ${README} readme)
+string(FIND "${readme}" "${printed}" place)
+if(place EQUAL -1)
+  message(FATAL_ERROR "README.md does not hold the table that costate-reproduce --markdown prints; put it there")
+endif()
