@@ -1,6 +1,6 @@
 /// \file
-/// What a solution of the drag model claims, looked at with nothing of the library's: the full equations in time, states and costates,
-/// the law by its definition, integrated by Dormand & Prince.
+/// What a solution of the drag model claims, looked at with nothing of the library's: the full equations in time, states
+/// and costates, the law by its definition, integrated by Dormand & Prince.
 #pragma once
 
 #include "drag/drag_scene.hpp"
@@ -31,8 +31,8 @@ struct DragEquations {
   DragState operator()(double, const DragState& s) const {
     const auto [cosine, sine] = direction(s);
     const double v = s[2];
-    return {v * cosine, v * sine, -gravity * sine + K(v), 0.0, 0.0,
-            -(s[3] * cosine + s[4] * sine) - s[5] * (-mu + 3.0 * beta * v * v)};
+    return {v * cosine, v * sine, -gravity * sine + K(v),
+            0.0,        0.0,      -(s[3] * cosine + s[4] * sine) - s[5] * (-mu + 3.0 * beta * v * v)};
   }
   /// How fast neighbours may part, 1/s.
   [[nodiscard]] double rate(const DragState& s) const { return gravity / s[2] + mu + 3.0 * std::abs(beta) * s[2] * s[2]; }
@@ -50,10 +50,11 @@ inline DragState drag_state(const Solution& solution, double t) {
 
 /// What is wrong with a solution of the scene; empty if nothing is.
 ///
-/// Near a steady motion the equations in time are a saddle with rates of about g/v that loses every digit. So the path is integrated in
-/// windows of some 1/rate, from the solution at the begin of each to its end, where it must be met: a path that is pieced
-/// together wrongly fails in the window that holds the joint. Where by the equations the motion is steady (rates of v and λv below 1e-9 of
-/// the window's) as long as the solution says so, the window may be as long as that; there x and y must advance in proportion.
+/// Near a steady motion the equations in time are a saddle with rates of about g/v that loses every digit. So the path is
+/// integrated in windows of some 1/rate, from the solution at the begin of each to its end, where it must be met: a path
+/// that is pieced together wrongly fails in the window that holds the joint. Where by the equations the motion is steady
+/// (rates of v and λv below 1e-9 of the window's) as long as the solution says so, the window may be as long as that; there
+/// x and y must advance in proportion.
 inline std::string drag_objection(const drag::Scene& scene, const Solution& solution, double tolerance) {
   const DragEquations equations(scene);
   const double T = solution.final_time();
@@ -62,13 +63,15 @@ inline std::string drag_objection(const drag::Scene& scene, const Solution& solu
   if (std::hypot(start[0], start[1]) > tolerance * length) return "does not start at the origin";
   if (std::abs(start[2] / scene.speed - 1.0) > tolerance) return "does not start at the speed of the scene";
   if (std::hypot(end[0] - scene.x, end[1] - scene.y) > tolerance * length) return "does not end where it should";
-  if (std::abs(end[5]) * scene.gravity > tolerance * end[2] * std::hypot(end[3], end[4])) return "lambda_v is not 0 at the end";
+  if (std::abs(end[5]) * scene.gravity > tolerance * end[2] * std::hypot(end[3], end[4]))
+    return "lambda_v is not 0 at the end";
   DragState from = start;
   int windows = 0;
   for (double t = 0.0; t < T;) {
     if (++windows > 20000) return fmt::format("too many windows, at t = {:.6g} of {:.6g}", t, T);
     const double H = equations.hamiltonian(from);
-    if (!(std::abs(H) <= tolerance * (1.0 + std::abs(from[5] * equations.K(from[2]))))) return fmt::format("H = {:.1e} at t = {:.6g}", H, t);
+    if (!(std::abs(H) <= tolerance * (1.0 + std::abs(from[5] * equations.K(from[2])))))
+      return fmt::format("H = {:.1e} at t = {:.6g}", H, t);
     if (!(from[2] > 0.0)) return fmt::format("v = {:.3g} at t = {:.6g}", from[2], t);
     const DragState rates = equations(t, from);
     const double rate = equations.rate(from);
@@ -89,7 +92,8 @@ inline std::string drag_objection(const drag::Scene& scene, const Solution& solu
     const DragState to = drag_state(solution, next);
     if (skipped) {
       for (std::size_t i = 0; i < 2; ++i) {
-        if (std::abs(to[i] - from[i] - rates[i] * (next - t)) > tolerance * length) return fmt::format("no steady motion at t = {:.6g}", t);
+        if (std::abs(to[i] - from[i] - rates[i] * (next - t)) > tolerance * length)
+          return fmt::format("no steady motion at t = {:.6g}", t);
       }
     } else {
       const DragState reached = runge_kutta(equations, t, next, from, 1e-12);
@@ -98,7 +102,8 @@ inline std::string drag_objection(const drag::Scene& scene, const Solution& solu
       // Times are known to some units in the last place of T.
       const double blur = 1e-15 * T * std::max(rate, equations.rate(to));
       if (!(place <= tolerance && speed <= tolerance + blur)) {
-        return fmt::format("integrated again from t = {:.6g} to {:.6g} it ends {:.1e} of the way off, {:.1e} in speed", t, next, place, speed);
+        return fmt::format("integrated again from t = {:.6g} to {:.6g} it ends {:.1e} of the way off, {:.1e} in speed", t,
+                           next, place, speed);
       }
     }
     t = next;

@@ -3,6 +3,7 @@
 #include <costate/error.hpp>
 #include <costate/models/gauss.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace costate::drag {
@@ -27,7 +28,7 @@ SpeedMap map_of(const Scaled<double>& scene, const Guess& guess) {
 Arcs arcs_of(const Scaled<double>& scene, const Guess& guess) {
   switch (guess.family) {
     case Family::turning: {
-      const TurningOrbit<double> orbit(scene.v0 * std::hypot(1.0, guess.first), guess.second, scene.friction);
+      const TurningOrbit<double> orbit(scene.v0 * std::hypot(1.0, guess.first), std::sinh(guess.second), scene.friction);
       return arcs_between(orbit, guess.first, orbit.end_place());
     }
     case Family::passing: {
@@ -36,7 +37,8 @@ Arcs arcs_of(const Scaled<double>& scene, const Guess& guess) {
     }
     case Family::monotone: break;
   }
-  return arcs_between(MonotoneOrbit<double>(guess.first, guess.second, scene.friction, map_of(scene, guess)), scene.v0, guess.first);
+  return arcs_between(MonotoneOrbit<double>(guess.first, guess.second, scene.friction, map_of(scene, guess)), scene.v0,
+                      guess.first);
 }
 
 const DragProblem& drag_problem(const Problem& problem) {
@@ -47,18 +49,17 @@ const DragProblem& drag_problem(const Problem& problem) {
 }  // namespace
 
 DragProblem::DragProblem(const Scene& scene, const Guess& guess)
-    : family_(guess.family),
-      map_(map_of(scaled(drag::parameters(scene)), guess)),
-      monotone_(map_) {
+    : family_(guess.family), map_(map_of(scaled(drag::parameters(scene)), guess)), monotone_(map_) {
   const std::vector<double> values = drag::parameters(scene);
-  const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},    {"y", "m"},       {"speed", "m/s"},
+  const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},    {"y", "m"},        {"speed", "m/s"},
                                                                {"mu", "1/s"}, {"beta", "s/m^2"}, {"gravity", "m/s^2"}};
   for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
 
   const auto scale = [](double value) { return std::max(1.0, std::abs(value)); };
   switch (family_) {
     case Family::turning:
-      unknowns_ = {{.name = "start_slope", .scale = scale(guess.first)}, {.name = "end_slope", .scale = scale(guess.second)}};
+      unknowns_ = {{.name = "start_slope", .scale = scale(guess.first)},
+                   {.name = "end_slope_asinh", .scale = scale(guess.second)}};
       break;
     case Family::passing:
       unknowns_ = {{.name = "passing_speed", .scale = guess.first, .lower = 0.0},
@@ -74,7 +75,8 @@ DragProblem::DragProblem(const Scene& scene, const Guess& guess)
   rows_.push_back({"time where the arcs meet", guess.final_time});
 
   arcs_ = arcs_of(scaled(values), guess);
-  structure_ = arcs_ == Arcs::from_both ? std::vector<std::string>{"approach", "departure"} : std::vector<std::string>{"free"};
+  structure_ = arcs_ == Arcs::from_both ? std::vector<std::string>{"approach", "departure"}
+                                        : std::vector<std::string>{"free"};
 }
 
 void DragProblem::shoot(Shot& shot) const {
@@ -83,14 +85,15 @@ void DragProblem::shoot(Shot& shot) const {
   switch (family_) {
     case Family::turning: {
       const Jet top = scene.v0 * sqrt(1.0 + first * first);
-      travel(shot, scene, turning_, TurningOrbit<Jet>(top, second, scene.friction), top, first);
+      const Jet r = 0.5 * (exp(second) - exp(-second));
+      travel(shot, scene, turning_, TurningOrbit<Jet>(top, r, scene.friction), {top, r}, first);
       break;
     }
     case Family::passing:
-      travel(shot, scene, passing_, PassingOrbit<Jet>(first, second, scene.friction), first, scene.v0);
+      travel(shot, scene, passing_, PassingOrbit<Jet>(first, second, scene.friction), {first, second}, scene.v0);
       break;
     case Family::monotone:
-      travel(shot, scene, monotone_, MonotoneOrbit<Jet>(first, second, scene.friction, map_), first, scene.v0);
+      travel(shot, scene, monotone_, MonotoneOrbit<Jet>(first, second, scene.friction, map_), {first, second}, scene.v0);
       break;
   }
 }
@@ -98,7 +101,7 @@ void DragProblem::shoot(Shot& shot) const {
 /// Integrates from the ends to where the arcs meet, sets the rows and reports.
 template <class Orbit, class Fields>
 void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fields, const Orbit& orbit,
-                         const Jet& first_constant, const Jet& start) const {
+                         const std::array<Jet, 2>& constants_of_orbit, const Jet& start) const {
   const Jet& T = shot.unknown(2);
   const auto arc = [&](int place, const Field& field, const Jet& from, const Jet& to, std::vector<Jet> at) {
     return shot
@@ -107,21 +110,21 @@ void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fie
               .t0 = from,
               .t1 = to,
               .quadrature = std::move(at),
-              .parameter = {first_constant, shot.unknown(1), scene.friction.mu, scene.friction.beta},
+              .parameter = {constants_of_orbit[0], constants_of_orbit[1], scene.friction.mu, scene.friction.beta},
               .time_quadrature = 2})
         .quadrature;
   };
   const Jet end = orbit.end_place(), middle = orbit.middle();
   std::vector<Jet> left{0.0, 0.0, 0.0}, right{scene.x, scene.y, T};
   if (arcs_ != Arcs::from_end) {
-    left = arc(0, fields.before, orbit.variable(start, -1.0), arcs_ == Arcs::from_both ? middle : orbit.variable(end, -1.0), left);
+    left = arc(0, fields.before, orbit.variable(start, -1.0), arcs_ == Arcs::from_both ? middle : orbit.variable(end, -1.0),
+               left);
   }
   if (arcs_ != Arcs::from_start) {
     const bool alone = arcs_ == Arcs::from_end;
     right = arc(alone ? 0 : 1, fields.after, orbit.variable(end, 1.0), alone ? orbit.variable(start, 1.0) : middle, right);
   }
   for (std::size_t i = 0; i < 3; ++i) shot.row(i, left[i] - right[i]);
-
 
   const OrbitPoint<Jet> first = orbit.at_place(start);
   const Constants<Jet>& constants = orbit.constants;
@@ -136,7 +139,7 @@ void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fie
 }
 
 std::vector<Column> DragProblem::columns() const {
-  return {{"x", "m"},           {"y", "m"},           {"v", "m/s"},         {"theta", "rad"},
+  return {{"x", "m"},          {"y", "m"},          {"v", "m/s"},         {"theta", "rad"},
           {"lambda_x", "s/m"}, {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}};
 }
 
@@ -175,9 +178,10 @@ std::vector<PathCheck> DragProblem::check(const ArcPoint& point, const std::vect
   const double K = scene.friction.force(at.v);
   const std::vector<double>& lambda = point.record->constants;
   const double size = std::hypot(at.across, at.v * lambda[0]);
-  const double terms = std::max(1.0, std::abs(at.lambda_v));  // of the size of what cancels
+  const double terms = std::max({1.0, std::abs(at.lambda_v), std::abs(at.normal * K)});  // of the size of what cancels
   return {{"speed", PathCheck::Kind::nonnegative, at.v},
-          {"N = 1 - lambda_v K, along the law (Legendre-Clebsch: H_theta_theta = -N)", PathCheck::Kind::nonnegative, at.normal},
+          {"N = 1 - lambda_v K, along the law (Legendre-Clebsch: H_theta_theta = -N)", PathCheck::Kind::nonnegative,
+           at.normal},
           {"Hamiltonian", PathCheck::Kind::zero, (size + at.lambda_v * K - 1.0) / std::max(terms, size)},
           {"equation of motion along the law, N K - N v' = v lambda_y - lambda_v", PathCheck::Kind::zero,
            (at.across - (at.v * lambda[1] - at.lambda_v)) / terms}};
@@ -223,8 +227,8 @@ std::vector<double> parameters(const Scene& scene) {
 }
 
 double greatest_height(const Scene& scene) {
-  // Whatever the speed at which K = −g, octaves of v resolve it: the poles of the integrand lie off the positive axis, so Gauss's rule
-  // with eight nodes is good to rounding on each.
+  // Whatever the speed at which K = −g, octaves of v resolve it: the poles of the integrand lie off the positive axis, so
+  // Gauss's rule with eight nodes is good to rounding on each.
   constexpr int octaves = 64;
   double height = 0.0;
   double above = scene.speed;

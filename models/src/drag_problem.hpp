@@ -29,8 +29,8 @@ class DragProblem final : public Problem {
   };
 
   template <class Orbit, class Fields>
-  void travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fields, const Orbit& orbit, const Jet& first_constant,
-              const Jet& start) const;
+  void travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fields, const Orbit& orbit,
+              const std::array<Jet, 2>& constants_of_orbit, const Jet& start) const;
   [[nodiscard]] double side_of(const ArcRecord& record) const;
   [[nodiscard]] OrbitPoint<double> orbit_point(const ArcPoint& point) const;
 

@@ -113,6 +113,7 @@ ordered_json to_json(const Heading& heading, const Outcome& outcome) {
     for (const Solution& other : outcome.other_extremals) {
       add_results(others.emplace_back(), heading, other.reports);
       others.back()["certificate"] = certificate_json(other.certificate);
+      others.back()["message"] = other.message;
     }
   }
   json["cost"] = {{"seconds", outcome.cost.seconds},

@@ -6,7 +6,9 @@
 #include <costate/error.hpp>
 #include <costate/shooting/continuation.hpp>
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -54,15 +56,19 @@ class SceneSolver {
     for (const Extremal& other : all) {
       if (same(other.solution, found)) return;
     }
-    std::vector<double> focal = focal_times(found);
-    all.push_back({std::move(found), std::move(focal)});
-    std::sort(all.begin(), all.end(), [](const Extremal& a, const Extremal& b) {
-      return a.solution.final_time() < b.solution.final_time();
-    });
+    try {
+      std::vector<double> focal = focal_times(found);
+      all.push_back({std::move(found), std::move(focal)});
+    } catch (const LeftDomain& failure) {
+      failure_ = fmt::format("an extremal was found but not its focal points: {}", failure.what());
+    }
+    std::sort(all.begin(), all.end(),
+              [](const Extremal& a, const Extremal& b) { return a.solution.final_time() < b.solution.final_time(); });
   }
 
  private:
-  /// Two families may describe one orbit. Their results agree then to what both claim, with a margin for the size of the numbers.
+  /// Two families may describe one orbit. Their results agree then to what both claim, with a margin for the size of the
+  /// numbers.
   static bool same(const Solution& a, const Solution& b) {
     for (const char* name : {"final_time", "theta1", "theta2"}) {
       const Quantity &left = a[name], &right = b[name];
@@ -72,7 +78,7 @@ class SceneSolver {
     return true;
   }
 
-  const Scene& scene_;
+  Scene scene_;
   SolveOptions options_;
   Cost& cost_;
   std::string failure_;
@@ -107,12 +113,12 @@ class Fold {
   /// The local minimum at the scene's own β, if it turns out to exist after all.
   [[nodiscard]] const std::optional<Guess>& survivor() const { return survivor_; }
 
-  /// The β where it ends, by following it from a smaller β at which the search finds it; nothing if that is not to be had or the path does
-  /// not end by meeting another extremal.
+  /// The β where it ends, by following it from a smaller β at which the search finds it; nothing if that is not to be had
+  /// or the path does not end by meeting another extremal.
   std::optional<double> find() {
     double beta = scene_.beta;
-    for (int i = 0; i < 30; ++i) {
-      beta *= 0.5;
+    for (int i = 0; i < 10; ++i) {
+      beta *= 0.4;
       if (const auto start = minimum_at(beta)) return follow_from(beta, *start);
     }
     return std::nullopt;
@@ -129,46 +135,76 @@ class Fold {
   std::optional<Guess> minimum_at(double beta) {
     const std::vector<Guess> found = find_extremals(at(beta));
     for (const Guess& guess : found) {
-      const Solution solution = solve(make_problem(at(beta), guess), unknowns(guess), {.accuracy = 1e-6});
-      add_cost(cost_, solution.cost);
-      if (solution.solved() && focal_times(solution).empty()) return guess;
+      std::vector<Extremal> solved;
+      SceneSolver(at(beta), {.accuracy = 1e-6}, cost_).add(solved, guess);
+      if (!solved.empty() && solved.front().focal.empty()) return guess;
     }
     return std::nullopt;
   }
 
+  /// A point of a path in β: the unknowns there.
+  struct Station {
+    std::vector<double> parameters;
+    Eigen::VectorXd y;
+  };
+
   std::optional<double> follow_from(double beta, Guess guess) {
+    std::vector<Station> stations;
     for (int leg = 0; leg < 10; ++leg) {
       Shooting shooting(make_problem(at(beta), guess));
-      // Towards a fold steps shrink without end: beta_max is wanted to some digits only.
-      const Followed path = follow(shooting, unknowns(guess), parameters(scene_), {.tolerance = 1e-7, .smallest_step = 1e-5, .max_integration_steps = 60000});
-      cost_.add(shooting.statistics());
+      // Towards a fold steps shrink without end, while its place is known from how the tangent grows.
+      const Followed path = follow(
+          shooting, unknowns(guess), parameters(scene_),
+          {.tolerance = 1e-7, .first_step = 0.1, .smallest_step = 1e-4, .max_steps = 600, .max_integration_steps = 60000},
+          [&](const Eigen::VectorXd& y, const std::vector<double>& p) {
+            stations.push_back({p, y});
+            return false;
+          });
       cost_.newton_iterations += path.newton_iterations;
       guess.first = path.y[0];
       guess.second = path.y[1];
       guess.final_time = path.y[2];
+      beta = path.parameters[beta_place];
+      const std::optional<double> fold = path.reached ? std::nullopt : fold_beyond(shooting, stations);
+      cost_.add(shooting.statistics());
       if (path.reached) {
         survivor_ = guess;
         return std::nullopt;
       }
-      beta = path.parameters[beta_place];
       // A path may also end at the border of its family; then the search finds the minimum beyond.
-      const double beyond = std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta);
+      const double beyond = std::max(std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta),
+                                     fold ? 1.0001 * *fold : 0.0);
+      if (beyond >= scene_.beta) return fold;
       const auto next = minimum_at(beyond);
-      if (!next) return met_another(beta) ? std::optional(beta) : std::nullopt;
+      if (!next) return fold;
       beta = beyond;
+      if (next->family != guess.family) stations.clear();
       guess = *next;
     }
     return std::nullopt;
   }
 
-  /// Not far before a fold there are two extremals of nearly the same time: the difference grows like (β_max − β)^{3/2}. Very close
-  /// to it the search sees one of them only.
-  [[nodiscard]] bool met_another(double beta) const {
-    for (const double part : {0.99, 0.97, 0.93}) {
-      const std::vector<Guess> found = find_extremals(at(part * beta));
-      if (found.size() >= 2 && found[1].final_time - found[0].final_time < 0.03 * found[0].final_time) return true;
+  /// At a fold the unknowns leave like √(β_max − β), so |dy/dβ|⁻² falls in proportion to what is left. Two pairs of the
+  /// last three stations must agree on where it vanishes.
+  std::optional<double> fold_beyond(Shooting& shooting, const std::vector<Station>& stations) const {
+    if (stations.size() < 3) return std::nullopt;
+    std::array<double, 3> beta{}, left{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Station& station = stations[stations.size() - 3 + i];
+      shooting.set_parameters(station.parameters);
+      std::vector<double> path(station.parameters.size(), 0.0);
+      path[beta_place] = 1.0;
+      const Shot& shot = shooting.evaluate(station.y, path);
+      const Eigen::VectorXd tangent = shooting.jacobian(shot).partialPivLu().solve(shooting.path_derivative(shot));
+      beta[i] = station.parameters[beta_place];
+      left[i] = 1.0 / tangent.cwiseQuotient(shooting.unknown_scales()).squaredNorm();
     }
-    return false;
+    const auto vanishes = [&](std::size_t i, std::size_t j) {
+      return beta[j] + left[j] * (beta[j] - beta[i]) / (left[i] - left[j]);
+    };
+    const double first = vanishes(0, 1), second = vanishes(1, 2);
+    const bool agree = std::abs(first - second) < 0.3 * (second - beta[0]);
+    return second > beta[2] && agree ? std::optional(second) : std::nullopt;
   }
 
   const Scene& scene_;
@@ -206,10 +242,11 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     const double height = greatest_height(scene);
     outcome.limits.push_back({"y_max", "m", height});
     if (scene.y >= height) {
-      return finish(Outcome::Status::infeasible,
-                    fmt::format("y = {:g} m is out of reach: with speed = {:g} m/s the bead cannot rise to y_max = {:.12g} m{}", scene.y,
-                                scene.speed, height,
-                                scene.beta > 0.0 ? " without diving to speeds at which friction is a thrust" : ""));
+      return finish(
+          Outcome::Status::infeasible,
+          fmt::format("y = {:g} m is out of reach: with speed = {:g} m/s the bead cannot rise to y_max = {:.12g} m{}",
+                      scene.y, scene.speed, height,
+                      scene.beta > 0.0 ? " without diving to speeds at which friction is a thrust" : ""));
     }
   }
   SceneSolver solver(scene, options, outcome.cost);
@@ -222,10 +259,12 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     const std::optional<double> beta_max = fold.find();
     if (beta_max) {
       outcome.limits.push_back({"beta_max", "s/m^2", beta_max});
-      return finish(Outcome::Status::infeasible,
-                    fmt::format("beta = {:g} s/m^2 leaves no local minimum: as beta grows, the fastest motion meets one that dives into the "
-                                "thrust at beta_max = {:.9g} s/m^2, and beyond there is neither",
-                                scene.beta, *beta_max));
+      return finish(
+          Outcome::Status::infeasible,
+          fmt::format(
+              "beta = {:g} s/m^2 leaves no local minimum: as beta grows, the fastest motion meets one that dives into the "
+              "thrust at beta_max = {:.9g} s/m^2, and beyond there is neither",
+              scene.beta, *beta_max));
     }
     if (fold.survivor()) {
       extremals.clear();
@@ -234,9 +273,10 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
       if (outcome.solved()) return finish(Outcome::Status::solved, "");
     }
   }
-  return finish(Outcome::Status::failed,
-                fmt::format("no extremal without a focal point was found ({} with one); try a nearer end point or less friction",
-                            outcome.other_extremals.size()));
+  return finish(
+      Outcome::Status::failed,
+      fmt::format("no extremal without a focal point was found ({} with one); try a nearer end point or less friction",
+                  outcome.other_extremals.size()));
 }
 
 }  // namespace costate::drag

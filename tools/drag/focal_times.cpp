@@ -15,14 +15,16 @@ using Eigen::Index;
 /// Values with derivatives with respect to the parameters of the family, 0 and 1, and u, 2.
 using Sensitive = Dual<double, 3>;
 
-/// How the constants of an orbit move with the parameters of the family: with the logarithm of the first, and so that ℓ moves by one
-/// with the second. Whatever the size of the constants, derivatives are of order one then.
+/// How the constants of an orbit move with the parameters of the family: with the logarithm of the first, and so that ℓ
+/// moves by one with the second, or it by its own size where that is less. Whatever the size of the constants, derivatives
+/// are of order one then.
 template <template <class> class Orbit>
 std::array<double, 2> natural_steps(const OrbitArc<Orbit>& arc, const Eigen::VectorXd& p) {
-  const double ell = arc.orbit(Vec<Sensitive, 4>{Sensitive(p[0]), Sensitive::variable(p[1], 1), Sensitive(p[2]), Sensitive(p[3])})
+  const double ell = arc.orbit(Vec<Sensitive, 4>{Sensitive(p[0]), Sensitive::variable(p[1], 1), Sensitive(p[2]),
+                                                 Sensitive(p[3])})
                          .middle()
                          .gradient[1];
-  return {p[0], ell == 0.0 ? 1.0 : 1.0 / std::abs(ell)};
+  return {p[0], std::min(1.0 / std::abs(ell), std::max(1.0, std::abs(p[1])))};
 }
 
 /// A constant that moves with a parameter of the family.
@@ -32,7 +34,8 @@ Sensitive moving(double value, int parameter, double step) {
   return constant;
 }
 
-/// Points from `outer` to `inner`, `outer` left out. In u an orbit varies over some tenths, at its ends and near η = 0, and hardly between.
+/// Points from `outer` to `inner`, `outer` left out. In u an orbit varies over some tenths, at its ends and near η = 0, and
+/// hardly between.
 std::vector<double> nodes_between(double outer, double inner, double middle) {
   std::vector<double> nodes;
   const double length = std::abs(inner - outer);
@@ -55,15 +58,16 @@ class Side {
         p_(solution.arcs.front().record.parameter),
         arc_{side, map_of(*solution.problem)},
         steps_(natural_steps(arc_, p_)),
-        orbit_(arc_.orbit(Vec<Sensitive, 4>{moving(p_[0], 0, steps_[0]), moving(p_[1], 1, steps_[1]), Sensitive(p_[2]), Sensitive(p_[3])})),
+        orbit_(arc_.orbit(Vec<Sensitive, 4>{moving(p_[0], 0, steps_[0]), moving(p_[1], 1, steps_[1]), Sensitive(p_[2]),
+                                            Sensitive(p_[3])})),
         field_(arc_),
         // A flow's absolute tolerance of derivatives grows with the size of the directions.
         flow_(field_, {.tolerance = {1e-11, 1e-11 / std::max(1.0, steps_[1])}}) {}
 
   [[nodiscard]] const Orbit<Sensitive>& orbit() const { return orbit_; }
 
-  /// The family at the end of the path, on the end point. All its orbits are there at the same place, but not at the same u: at fixed u
-  /// the place moves by minus the rate times ∂u.
+  /// The family at the end of the path, on the end point. All its orbits are there at the same place, but not at the same
+  /// u: at fixed u the place moves by minus the rate times ∂u.
   [[nodiscard]] Front end() const {
     const Sensitive u = orbit_.variable(orbit_.end_place(), side_);
     Front front;
@@ -82,8 +86,9 @@ class Side {
     return front;
   }
 
-  /// det ∂(x, y, v)/∂(parameters, u), of the same sign on both sides. On the side of the end the closeness to a steady motion moves nothing
-  /// but what is exponentially near it: the second column counts as 0 where it is small beside the motion itself.
+  /// det ∂(x, y, v)/∂(parameters, u), of the same sign on both sides. On the side of the end the closeness to a steady
+  /// motion moves nothing but what is exponentially near it: the second column counts as 0 where it is small beside the
+  /// motion itself.
   [[nodiscard]] double determinant(const Front& front) const {
     const Sensitive v = orbit_.at(Sensitive::variable(front.t, 2), side_).v;
     Eigen::Matrix3d derivative;

@@ -14,7 +14,8 @@ constexpr const char* conventions =
     "y up, theta the inclination of the path: x' = v cos(theta), y' = v sin(theta), v' = -g sin(theta) + K(v).\n"
     "H = -1 + lambda_x x' + lambda_y y' + lambda_v v' = 0 is maximised; lambda_v = 0 at the end, where the speed is v_f.\n"
     "theta1 and theta2 are the slopes at the start and at the end; lambda_v0 is lambda_v at the start.\n"
-    "beta <= 0: hard friction. beta > 0: soft friction, a thrust at speeds above sqrt(mu/beta); the infimum over all paths may then\n"
+    "beta <= 0: hard friction. beta > 0: soft friction, a thrust at speeds above sqrt(mu/beta); the infimum over all paths "
+    "may then\n"
     "not be attained, and the answer is the fastest extremal without a focal point, a local minimum.\n"
     "Exit status: 0 solved, 2 bad input, 3 the scene has no solution, 4 not solved.";
 

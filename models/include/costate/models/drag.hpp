@@ -9,9 +9,9 @@
 /// The start is (0, 0) at the speed v₀, the end (a, b) at any speed, so λv(t_f) = 0. H = −1 + λ·f is maximised and vanishes:
 /// (cos θ, sin θ) is along (vλx, vλy − gλv). With the multipliers of [N]: λx = −c₂, λy = c₃, λv = λ v.
 ///
-/// Friction is hard if β ≤ 0: K ≤ 0 at every speed. If β > 0 it is soft, and a thrust beyond v_c = √(μ/β): then K grows faster than v²,
-/// a bead that dives far enough gains any speed in finite time, and the infimum over all paths need not be attained. What is computed is
-/// the fastest extremal without a focal point, a local minimum.
+/// Friction is hard if β ≤ 0: K ≤ 0 at every speed. If β > 0 it is soft, and a thrust beyond v_c = √(μ/β): then K grows
+/// faster than v², a bead that dives far enough gains any speed in finite time, and the infimum over all paths need not be
+/// attained. What is computed is the fastest extremal without a focal point, a local minimum.
 #pragma once
 
 #include <costate/models/drag_orbits.hpp>
@@ -22,12 +22,12 @@ namespace costate::drag {
 
 /// A scene, in SI units. The defaults are a case of [N] (figure 3).
 struct Scene {
-  double x = 6.0;         ///< end point a, m; positive
-  double y = -1.0;        ///< end point b, m, up
-  double speed = 2.0;     ///< v₀, m/s
-  double mu = 0.3;        ///< μ, 1/s
-  double beta = 0.004;    ///< β, s/m²; negative: hard, positive: soft
-  double gravity = 9.8;   ///< g, m/s²
+  double x = 6.0;        ///< end point a, m; positive
+  double y = -1.0;       ///< end point b, m, up
+  double speed = 2.0;    ///< v₀, m/s
+  double mu = 0.3;       ///< μ, 1/s
+  double beta = 0.004;   ///< β, s/m²; negative: hard, positive: soft
+  double gravity = 9.8;  ///< g, m/s²
 
   [[nodiscard]] Friction<double> friction() const { return {mu, beta}; }
 };
@@ -90,16 +90,17 @@ Scaled<S>::Scaled(const Get& get) {
 
 enum class Family { turning, passing, monotone };
 
-/// An extremal of a scene: its family and, in units of Scaled, the constants of its orbit and its final time. Of a turning orbit
-/// the first constant is S at the start instead of v₁ = v₀√(1 + S²): it tells gain of speed from loss.
+/// An extremal of a scene: its family and, in units of Scaled, the constants of its orbit and its final time. Of a turning
+/// orbit the first constant is S at the start instead of v₁ = v₀√(1 + S²), which tells gain of speed from loss, and the
+/// second asinh r.
 struct Guess {
   Family family = Family::turning;
   double first = 0.0, second = 0.0;
   double final_time = 0.0;
 };
 
-/// How a path is cut into arcs. Each runs towards the place nearest to a steady motion, η = 0, from an end of the path: a long way near
-/// the steady motion is so entered from where the integrand varies, and taken in a few growing steps.
+/// How a path is cut into arcs. Each runs towards the place nearest to a steady motion, η = 0, from an end of the path: a
+/// long way near the steady motion is so entered from where the integrand varies, and taken in a few growing steps.
 enum class Arcs {
   from_start,  ///< one on side −1, from the start to the end, which is not or hardly beyond that place
   from_end,    ///< one on side +1, from the end to the start, which is not or hardly before it
@@ -115,9 +116,9 @@ Arcs arcs_between(const Orbit& orbit, const S& start, const S& end) {
   return primal(orbit.variable(end, 1.0)) - middle < hardly ? Arcs::from_start : Arcs::from_both;
 }
 
-/// The shooting problem of a scene for one family of orbits. Unknowns: the constants of the orbit and the final time. Rows: x, y and t
-/// where the arcs from both ends meet. Everything else, H = 0, the speed v₀ at the start and λv = 0 at the end, holds by
-/// construction.
+/// The shooting problem of a scene for one family of orbits. Unknowns: the constants of the orbit and the final time. Rows:
+/// x, y and t where the arcs from both ends meet. Everything else, H = 0, the speed v₀ at the start and λv = 0 at the end,
+/// holds by construction.
 ///
 /// Reports: final_time, lambda_x, lambda_y, lambda_v0, theta1, theta2, v_f.
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Guess& guess);
@@ -131,14 +132,15 @@ Arcs arcs_between(const Orbit& orbit, const S& start, const S& end) {
 /// The unknowns of that problem at a guess.
 [[nodiscard]] Eigen::VectorXd unknowns(const Guess& guess);
 
-/// The height below which every point can be reached and above which none can, if friction resists at every speed up to v₀ (K ≤ 0):
+/// The height below which every point can be reached and above which none can, if friction resists at every speed up to v₀
+/// (K ≤ 0):
 ///
 ///     y_max = ∫₀^{v₀} v dv / (g − K(v)),
 ///
-/// the height of a vertical throw. For Φ(v) = ∫₀^v u du/(g − K) obeys (y + Φ)' = v K (1 − sin θ)/(g − K) ≤ 0 along any motion, with
-/// equality on the vertical only, so y ≤ Φ(v₀) − Φ(v) < y_max wherever x > 0. Below it, a path that rises steeply and
-/// then runs on nearly level at as low a speed as it takes loses as little as one likes. With soft friction the bound holds for motions
-/// that never exceed v_c, which a throw from v₀ < v_c does not. SI units.
+/// the height of a vertical throw. For Φ(v) = ∫₀^v u du/(g − K) obeys (y + Φ)' = v K (1 − sin θ)/(g − K) ≤ 0 along any
+/// motion, with equality on the vertical only, so y ≤ Φ(v₀) − Φ(v) < y_max wherever x > 0. Below it, a path that rises
+/// steeply and then runs on nearly level at as low a speed as it takes loses as little as one likes. With soft friction the
+/// bound holds for motions that never exceed v_c, which a throw from v₀ < v_c does not. SI units.
 [[nodiscard]] double greatest_height(const Scene& scene);
 
 }  // namespace costate::drag

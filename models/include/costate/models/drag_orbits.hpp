@@ -6,20 +6,21 @@
 ///
 ///     (N v')² = D(s) = (1 − λy m)² − λx² (s − m²) = c₀ + c₁ s + c₂ s² + c₃ s³ + c₄ s⁴,   m = v K(v) = −μ s + β s²,
 ///
-/// so λv = (A + N v') / (1 − K²) with A = v λy − K: the larger root while the bead gains speed, the smaller while it loses it.
-/// With dη = dv/(h N v') for a variable η that suits the orbit, nothing is left to integrate but
+/// so λv = (A + N v') / (1 − K²) with A = v λy − K: the larger root while the bead gains speed, the smaller while it loses
+/// it. With dη = dv/(h N v') for a variable η that suits the orbit, nothing is left to integrate but
 ///
 ///     dt = N h dη,   dx = v² λx h dη,   dy = v (v λy − λv) h dη.
 ///
-/// A steady motion (v' = λv' = 0) is a double root of D and a saddle of the flow in (v, λv): a long way is travelled close to it,
-/// for a time that grows with the logarithm of the distance. Integrated in time an extremal then loses all its digits; here
-/// that logarithm is an unknown. Three families of orbits cover what occurs, by how D behaves between the ends:
+/// A steady motion (v' = λv' = 0) is a double root of D and a saddle of the flow in (v, λv): a long way is travelled close
+/// to it, for a time that grows with the logarithm of the distance. Integrated in time an extremal then loses all its
+/// digits; here that logarithm is an unknown. Three families of orbits cover what occurs, by how D behaves between the ends:
 /// D has a simple root where the speed is largest (TurningOrbit); D is small but has none (PassingOrbit); D is not small
 /// (MonotoneOrbit).
 ///
-/// Each orbit has a place at which it is nearest to a steady motion, η = 0, and is described from either side of it: the variable of
-/// integration is u = side·η + ℓ with side = −1 before that place and +1 after, and ℓ the logarithm of the distance, so that u is of order
-/// one at the ends of the path however long it stays near the steady motion; where the sides meet u = ℓ (`middle`).
+/// Each orbit has a place at which it is nearest to a steady motion, η = 0, and is described from either side of it: the
+/// variable of integration is u = side·η + ℓ with side = −1 before that place and +1 after, and ℓ the logarithm of the
+/// distance, so that u is of order one at the ends of the path however long it stays near the steady motion; where the
+/// sides meet u = ℓ (`middle`).
 #pragma once
 
 #include <costate/field.hpp>
@@ -103,13 +104,14 @@ struct OrbitPoint {
   }
 };
 
-/// An orbit that turns: it gains speed up to v₁, where v' = 0 and sin θ = K(v₁), and loses speed from there on. Either part may
-/// be missing; then the turning point lies outside the path.
+/// An orbit that turns: it gains speed up to v₁, where v' = 0 and sin θ = K(v₁), and loses speed from there on. Either part
+/// may be missing; then the turning point lies outside the path.
 ///
-/// Constants: v₁ and the end slope r, which is tan θ₂ without friction; λv(v₁) = (1 − e^{−z})/c with c = −v₁K'(v₁), z = c r, so that
-/// z → ∞ at the steady motion. Variable: v = v₁/√(1 + S²), S = κ sinh η, S < 0 while speed is gained (without friction S = tan θ).
-/// With s₁ = v₁², ζ² = s₁ − s, D = ζ² (d + D₂ ζ² − D₃ ζ⁴ + D₄ ζ⁶), d = −D'(s₁) = (1 − K₁²) N₁ e^{−z}/s₁, and κ² = d/(d + D₂ s₁)
-/// (1 if D₂ < 0) the weight is smooth and of order one, however small d: κ enters by its logarithm only.
+/// Constants: v₁ and the end slope r, which is tan θ₂ without friction; λv(v₁) = (1 − e^{−z})/c with c = −v₁K'(v₁), z = c
+/// r, so that z → ∞ at the steady motion. Variable: v = v₁/√(1 + S²), S = κ sinh η, S < 0 while speed is gained (without
+/// friction S = tan θ). With s₁ = v₁², ζ² = s₁ − s, D = ζ² (d + D₂ ζ² − D₃ ζ⁴ + D₄ ζ⁶), d = −D'(s₁) = (1 − K₁²) N₁
+/// e^{−z}/s₁, and κ² = d/(d + D₂ s₁) (1 if D₂ < 0) the weight is smooth and of order one, however small d: κ enters by its
+/// logarithm only.
 template <class S>
 struct TurningOrbit {
   Constants<S> constants;
@@ -161,9 +163,9 @@ struct TurningOrbit {
 
 /// An orbit that passes the steady motion losing speed throughout: from above it to below it.
 ///
-/// Constants: the speed v_A at which D is least, and z, with v' = −ε there, ε = c e^{−z}, c = −v_A K'(v_A) > 0. From D'(v_A) = 0
-/// follows λv(v_A) = (1 − K² − ε(c + K + ε)) / (c(1 − K²) − εK(2c + ε)), which is 1/c at the steady motion. With δ = v_A − v,
-/// D = N²ε² + E₂ δ² + δ³ F(δ), and the variable is η in δ = κ sinh η, κ = Nε/√E₂.
+/// Constants: the speed v_A at which D is least, and z, with v' = −ε there, ε = c e^{−z}, c = −v_A K'(v_A) > 0. From
+/// D'(v_A) = 0 follows λv(v_A) = (1 − K² − ε(c + K + ε)) / (c(1 − K²) − εK(2c + ε)), which is 1/c at the steady motion.
+/// With δ = v_A − v, D = N²ε² + E₂ δ² + δ³ F(δ), and the variable is η in δ = κ sinh η, κ = Nε/√E₂.
 template <class S>
 struct PassingOrbit {
   Constants<S> constants;
@@ -215,8 +217,9 @@ struct SpeedMap {
   double center = 0.0, width = 1.0;
 };
 
-/// An orbit whose speed changes in one sense throughout, not very close to a steady motion. Constants: the end speed v_f and the end
-/// slope θ_f, so (λx, λy) = (cos θ_f, sin θ_f)/v_f. Variable: η of a SpeedMap, ℓ = 0. The sense is that of v' = K(v_f) − sin θ_f at the end.
+/// An orbit whose speed changes in one sense throughout, not very close to a steady motion. Constants: the end speed v_f
+/// and the end slope θ_f, so (λx, λy) = (cos θ_f, sin θ_f)/v_f. Variable: η of a SpeedMap, ℓ = 0. The sense is that of v' =
+/// K(v_f) − sin θ_f at the end.
 template <class S>
 struct MonotoneOrbit {
   Constants<S> constants;

@@ -1,11 +1,11 @@
 /// \file
 /// Focal points of an extremal.
 ///
-/// The extremals that leave a terminal manifold backward form a family with d parameters; with the position along each it fills the
-/// space of the states, which has d + 1 dimensions. Where the determinant of that map vanishes neighbours of the extremal meet it:
-/// beyond such a focal point, seen from the manifold, it is no local minimum (Bryson & Ho, Applied Optimal Control, 1975, §6.3;
-/// Agrachev & Sachkov, Control Theory from the Geometric Viewpoint, 2004, §21). The same with a family that leaves a point finds conjugate
-/// points.
+/// The extremals that leave a terminal manifold backward form a family with d parameters; with the position along each it
+/// fills the space of the states, which has d + 1 dimensions. Where the determinant of that map vanishes neighbours of the
+/// extremal meet it: beyond such a focal point, seen from the manifold, it is no local minimum (Bryson & Ho, Applied
+/// Optimal Control, 1975, §6.3; Agrachev & Sachkov, Control Theory from the Geometric Viewpoint, 2004, §21). The same with
+/// a family that leaves a point finds conjugate points.
 #pragma once
 
 #include <costate/flow.hpp>
@@ -15,8 +15,8 @@
 
 namespace costate {
 
-/// The family at one value t of the variable of integration: the extremal itself, z and w, and its derivatives with respect to
-/// the parameters of the family at fixed t (columns), and to t.
+/// The family at one value t of the variable of integration: the extremal itself, z and w, and its derivatives with respect
+/// to the parameters of the family at fixed t (columns), and to t.
 struct Front {
   double t = 0.0;
   Eigen::VectorXd state, quadrature;                        ///< z (n), w (k)
@@ -24,8 +24,9 @@ struct Front {
   Eigen::VectorXd state_rate, quadrature_rate;              ///< z', w'
 };
 
-/// The determinant of the derivatives of the states of the problem with respect to the parameters of the family and t, up to a positive
-/// factor. Normalised, by the product of the norms of its columns, to at most 1: values below `FocalOptions::noise` count as 0.
+/// The determinant of the derivatives of the states of the problem with respect to the parameters of the family and t, up
+/// to a positive factor. Normalised, by the product of the norms of its columns, to at most 1: values below
+/// `FocalOptions::noise` count as 0.
 using FrontDeterminant = std::function<double(const Front&)>;
 
 struct FocalOptions {
@@ -49,8 +50,8 @@ class FocalScan {
   explicit FocalScan(Front start, const FocalOptions& options = {})
       : options_(options), front_(std::move(start)), significant_(front_) {}
 
-  /// Integrates the extremal from node to node with its derivatives, which are exact. Nodes must be close enough together for the
-  /// determinant not to change its sign twice between them. \throws LeftDomain if it cannot be integrated.
+  /// Integrates the extremal from node to node with its derivatives, which are exact. Nodes must be close enough together
+  /// for the determinant not to change its sign twice between them. \throws LeftDomain if it cannot be integrated.
   void follow(const FocalLeg& leg);
 
   /// The front reached, and the same stated in another variable, in which the next leg goes on.
