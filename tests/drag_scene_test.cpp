@@ -59,8 +59,7 @@ void expect_reference(const std::vector<Quantity>& found, const json& expected, 
 
 TEST_P(Reference, ReproducesInEveryUnknown) {
   const ReferenceCase& c = GetParam();
-  // From v₀ = 0.1 the bound of v_f cannot be brought below 1.6e-11 in doubles.
-  const double accuracy = c.name == "C_C1_v0_small" ? 2e-11 : 1e-11;
+  constexpr double accuracy = 1e-11;
   const Outcome outcome = solve_scene(c.scene, {.accuracy = accuracy});
   ASSERT_TRUE(outcome.solved()) << outcome.message;
   if (!c.second) {

@@ -111,6 +111,7 @@ class Solver {
   bool refine() {
     double tolerance = std::max(tightest_solve, tolerance_per_accuracy * options_.accuracy);
     double best = 0.0;
+    bool repeated = false;
     Quantity worst;
     while (true) {
       const NewtonResult result = newton(tolerance);
@@ -125,7 +126,13 @@ class Solver {
         }
       }
       if (reached <= 1.0) return true;
-      if (tolerance <= tightest_solve || !std::isfinite(reached) || (best > 0.0 && reached > 0.5 * best)) break;
+      if (!std::isfinite(reached) || repeated) break;
+      if (tolerance <= tightest_solve) {
+        // Part of the bound is what Newton's method left over when it stopped; from the corrected point it leaves less.
+        repeated = true;
+        continue;
+      }
+      if (best > 0.0 && reached > 0.5 * best) break;
       best = reached;
       // The bound is proportional to the tolerance where integration error dominates; half the excess again as margin.
       tolerance = std::max(tightest_solve, tolerance * std::min(0.1, 0.5 / reached));
