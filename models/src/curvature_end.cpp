@@ -4,6 +4,7 @@
 #include <costate/error.hpp>
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <limits>
 
@@ -13,7 +14,7 @@ namespace {
 
 /// Derivatives with respect to θ_f, η_f, μ and β̂.
 using D = Dual<double, 4>;
-using Series = std::vector<D>;
+using Series = std::array<D, end_order + 1>;
 
 /// Coefficient j of the product a b.
 D product(const Series& a, const Series& b, std::size_t j) {
@@ -24,8 +25,7 @@ D product(const Series& a, const Series& b, std::size_t j) {
 
 /// The series of everything the arc needs, built one order at a time.
 struct Builder {
-  static constexpr std::size_t size = end_order + 1;
-  Series theta{size}, eta{size}, n{size}, log_v{size}, x{size}, y{size}, t{size};
+  Series theta{}, eta{}, n{}, log_v{}, x{}, y{}, t{};
   D mu, beta;
 
   Builder(const D& theta_end, const D& eta_end, const D& friction, const D& growth) : mu(friction), beta(growth) {
@@ -34,7 +34,7 @@ struct Builder {
     v[0] = 1.0;
     sine[0] = sin(theta_end);
     cosine[0] = cos(theta_end);
-    for (std::size_t j = 0; j < size; ++j) {
+    for (std::size_t j = 0; j <= end_order; ++j) {
       if (j > 0) advance(j);
       products(j, true);
     }
@@ -97,9 +97,9 @@ struct Builder {
     Q[j] = product(slope, difference, j) - cosine[j];
   }
 
-  Series sine{size}, cosine{size}, v{size}, v2{size}, v2_cosine{size}, v2_sine{size};
-  Series quadratic{size}, k_per_eta{size}, k{size}, slope{size}, turn{size}, turning{size};
-  Series B{size}, B_theta{size}, gain{size}, inner{size}, loss{size}, difference{size}, Q{size};
+  Series sine{}, cosine{}, v{}, v2{}, v2_cosine{}, v2_sine{};
+  Series quadratic{}, k_per_eta{}, k{}, slope{}, turn{}, turning{};
+  Series B{}, B_theta{}, gain{}, inner{}, loss{}, difference{}, Q{};
   D lambda_x, lambda_y;
 };
 
@@ -138,7 +138,7 @@ EndArc end_arc(const Jet& theta, const Jet& eta, const Jet& mu, const Jet& beta)
   const Builder built(D::variable(theta.value, 0), D::variable(eta.value, 1), D::variable(mu.value, 2),
                       D::variable(beta.value, 3));
   EndArc arc;
-  const std::vector<D>* series[EndArc::count]{&built.x, &built.y, &built.t, &built.log_v, &built.theta, &built.eta, &built.n};
+  const Series* series[EndArc::count]{&built.x, &built.y, &built.t, &built.log_v, &built.theta, &built.eta, &built.n};
   for (std::size_t i = 0; i < EndArc::count; ++i) {
     for (const D& c : *series[i]) arc.coefficient[i].push_back(to_jet(c, inputs));
   }

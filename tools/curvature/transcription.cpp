@@ -6,6 +6,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 namespace costate::curvature {
@@ -48,27 +50,34 @@ class Transcription {
   Transcription(const ScaledScene& scene, const ControlGuess& guess, const TranscriptionOptions& options)
       : scene_(scene), options_(options), cells_(guess.eta.size() - 1), distance_(std::hypot(scene.x, scene.y)) {
     const double whole = guess.tau.back();
-    u_.resize(static_cast<Eigen::Index>(first_eta() + cells_ + 1));
+    u_.resize(static_cast<Eigen::Index>(first_eta() + cells_));
     u_[0] = std::log(whole);
     if (free_slope()) u_[1] = guess.slope;
     for (std::size_t i = 0; i <= cells_; ++i) {
       if (i > 0) share_.push_back((guess.tau[i] - guess.tau[i - 1]) / whole);
-      eta(u_, i) = std::max(guess.eta[i], 1e-2);
+      if (i < cells_) eta(u_, i) = std::max(guess.eta[i], 1e-8);
     }
   }
 
   Transcribed run() {
     Transcribed result;
+    double begin = 0.0;
+    for (std::size_t i = 0; i < cells_; ++i) {
+      const double around = i == 0 ? 0.5 * share_[0] : i + 1 == cells_ ? 0.5 * share_[i - 1] + share_[i] : 0.5 * (share_[i - 1] + share_[i]);
+      weight_.push_back(around * (1.0 - begin));
+      begin += share_[i];
+    }
     Values now = values(u_);
     if (!std::isfinite(now.time)) return result;
-    barrier_ = 0.1;
-    bound_ = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(cells_ + 1), barrier_);
-    for (std::size_t i = 0; i <= cells_; ++i) bound_[static_cast<Eigen::Index>(i)] = barrier_ / eta(u_, i);
+    barrier_ = first_barrier;
+    bound_.resize(static_cast<Eigen::Index>(cells_));
+    for (std::size_t i = 0; i < cells_; ++i) bound_[static_cast<Eigen::Index>(i)] = barrier(i) / eta(u_, i);
     reference_ = now.time;
     for (int i = 0; i < options_.max_iterations; ++i) {
       ++result.iterations;
       derivatives();
       const double error = optimality(now);
+      if (std::getenv("TRACE") != nullptr) std::fprintf(stderr, "it %d err %.2e mu %.1e t %.8f miss %.2e shift %.1e pen %.1e\n", i, error, barrier_, now.time, now.miss.norm(), last_shift_, penalty_);
       if (error < std::max(10.0 * barrier_, 1e-8)) {
         if (barrier_ <= smallest_barrier) {
           result.converged = true;
@@ -85,7 +94,7 @@ class Transcription {
   }
 
  private:
-  static constexpr double smallest_barrier = 1e-8;
+  static constexpr double first_barrier = 0.01, smallest_barrier = 1e-8;
 
   struct Values {
     double time = 0.0;
@@ -96,6 +105,8 @@ class Transcription {
   [[nodiscard]] std::size_t first_eta() const { return free_slope() ? 2 : 1; }
   double& eta(Eigen::VectorXd& u, std::size_t i) const { return u[static_cast<Eigen::Index>(first_eta() + i)]; }
   [[nodiscard]] double eta(const Eigen::VectorXd& u, std::size_t i) const { return u[static_cast<Eigen::Index>(first_eta() + i)]; }
+  /// The node at which cell k ends. η is constant in the last one: at the very end it moves neither place nor time.
+  [[nodiscard]] std::size_t after(std::size_t k) const { return std::min(k + 1, cells_ - 1); }
   [[nodiscard]] double slope(const Eigen::VectorXd& u) const { return scene_.slope ? *scene_.slope : u[1]; }
 
   [[nodiscard]] Values values(const Eigen::VectorXd& u) const {
@@ -103,7 +114,7 @@ class Transcription {
     double theta = slope(u), log_v = 0.0, x = 0.0, y = 0.0;
     const double whole = std::exp(u[0]);
     for (std::size_t k = 0; k < cells_; ++k) {
-      const auto s = step(theta, eta(u, k), eta(u, k + 1), share_[k] * whole, scene_.mu, scene_.beta);
+      const auto s = step(theta, eta(u, k), eta(u, after(k)), share_[k] * whole, scene_.mu, scene_.beta);
       const double v = std::exp(log_v);
       x += v * v * s.x;
       y += v * v * s.y;
@@ -129,14 +140,14 @@ class Transcription {
     tangents_.assign(1, s.topRows<2>());
     for (std::size_t k = 0; k < cells_; ++k) {
       const Step<double>& at = motion_[k];
-      const auto c = step(seeded(at.theta, 0), seeded(eta(u_, k), 1), seeded(eta(u_, k + 1), 2), seeded(share_[k] * whole, 3),
+      const auto c = step(seeded(at.theta, 0), seeded(eta(u_, k), 1), seeded(eta(u_, after(k)), 2), seeded(share_[k] * whole, 3),
                           scene_.mu, scene_.beta);
       const double v = std::exp(at.log_v);
-      const auto a = static_cast<Eigen::Index>(first_eta() + k);
+      const auto a = static_cast<Eigen::Index>(first_eta() + k), b = static_cast<Eigen::Index>(first_eta() + after(k));
       const auto row = [&](const Second& out) {
         Eigen::RowVectorXd r = out.gradient[0].value * s.row(0);
         r[a] += out.gradient[1].value;
-        r[a + 1] += out.gradient[2].value;
+        r[b] += out.gradient[2].value;
         r[0] += out.gradient[3].value * share_[k] * whole;
         return r;
       };
@@ -156,7 +167,7 @@ class Transcription {
     // Least-squares multipliers at first, Newton's afterwards.
     if (multiplier_.size() == 0) {
       Eigen::VectorXd g = gradient_;
-      for (std::size_t i = 0; i <= cells_; ++i) eta(g, i) -= bound_[static_cast<Eigen::Index>(i)];
+      for (std::size_t i = 0; i < cells_; ++i) eta(g, i) -= bound_[static_cast<Eigen::Index>(i)];
       multiplier_ = -constraint_.transpose().colPivHouseholderQr().solve(g);
     }
     backward();
@@ -190,15 +201,14 @@ class Transcription {
       second(4, 4) = 4.0 * fx.value + ft.value;
       first[4] = 2.0 * fx.value + ft.value + p[1];
       const double scale = share_[k] * whole;  // ∂length/∂ ln(whole)
-      const auto a = static_cast<Eigen::Index>(first_eta() + k);
-      const Eigen::Index used = a;  // columns that move the start of the cell
-      Eigen::Matrix<double, 5, Eigen::Dynamic> m = Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, a + 2);
-      m.row(0).head(used + 1) = tangents_[k].row(0).head(used + 1);
-      m.row(4).head(used + 1) = tangents_[k].row(1).head(used + 1);
+      const auto a = static_cast<Eigen::Index>(first_eta() + k), b = static_cast<Eigen::Index>(first_eta() + after(k));
+      Eigen::Matrix<double, 5, Eigen::Dynamic> m = Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, b + 1);
+      m.row(0).head(a + 1) = tangents_[k].row(0).head(a + 1);  // later columns do not move the start of the cell
+      m.row(4).head(a + 1) = tangents_[k].row(1).head(a + 1);
       m(1, a) = 1.0;
-      m(2, a + 1) = 1.0;
+      m(2, b) = 1.0;
       m(3, 0) += scale;
-      hessian_.topLeftCorner(a + 2, a + 2).noalias() += m.transpose() * (second * m);
+      hessian_.topLeftCorner(b + 1, b + 1).noalias() += m.transpose() * (second * m);
       length_gradient += first[3] * scale;
       p = Eigen::Vector2d(first[0], first[4]);
       adjoint_[k] = p;
@@ -206,19 +216,22 @@ class Transcription {
     hessian_(0, 0) += length_gradient;  // length = share · exp(u₀)
   }
 
+  /// The barrier at a node weighs as much as η does there: by the cell's length, and by λv v, which falls to 0 at the end.
+  [[nodiscard]] double barrier(std::size_t i) const { return barrier_ * weight_[i]; }
+
   [[nodiscard]] double optimality(const Values& now) const {
     Eigen::VectorXd g = gradient_ + constraint_.transpose() * multiplier_;
     double complementarity = 0.0;
-    for (std::size_t i = 0; i <= cells_; ++i) {
+    for (std::size_t i = 0; i < cells_; ++i) {
       eta(g, i) -= bound_[static_cast<Eigen::Index>(i)];
-      complementarity = std::max(complementarity, std::abs(bound_[static_cast<Eigen::Index>(i)] * eta(u_, i) - barrier_));
+      complementarity = std::max(complementarity, std::abs(bound_[static_cast<Eigen::Index>(i)] * eta(u_, i) - barrier(i)));
     }
     return std::max({g.cwiseAbs().maxCoeff(), complementarity, now.miss.cwiseAbs().maxCoeff()});
   }
 
   [[nodiscard]] double merit(const Eigen::VectorXd& u, const Values& v, double penalty) const {
     double logs = 0.0;
-    for (std::size_t i = 0; i <= cells_; ++i) logs += std::log(eta(u, i));
+    for (std::size_t i = 0; i < cells_; ++i) logs += weight_[i] * std::log(eta(u, i));
     return v.time / reference_ - barrier_ * logs + penalty * v.miss.lpNorm<1>();
   }
 
@@ -227,10 +240,10 @@ class Transcription {
     const Eigen::Index n = u_.size();
     Eigen::MatrixXd h = hessian_;
     Eigen::VectorXd g = gradient_;  // of the barrier function
-    for (std::size_t i = 0; i <= cells_; ++i) {
+    for (std::size_t i = 0; i < cells_; ++i) {
       const auto place = static_cast<Eigen::Index>(first_eta() + i);
       h(place, place) += bound_[static_cast<Eigen::Index>(i)] / u_[place];
-      g[place] -= barrier_ / u_[place];
+      g[place] -= barrier(i) / u_[place];
     }
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(constraint_.transpose());
     const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, n);
@@ -261,10 +274,10 @@ class Transcription {
     double primal = 1.0, dual = 1.0;
     const double keep = std::max(0.9, 1.0 - barrier_);
     Eigen::VectorXd bound_direction(bound_.size());
-    for (std::size_t i = 0; i <= cells_; ++i) {
+    for (std::size_t i = 0; i < cells_; ++i) {
       const auto j = static_cast<Eigen::Index>(i);
       const double e = eta(u_, i), d = eta(direction, i);
-      bound_direction[j] = barrier_ / e - bound_[j] - bound_[j] / e * d;
+      bound_direction[j] = barrier(i) / e - bound_[j] - bound_[j] / e * d;
       if (d < 0.0) primal = std::min(primal, -keep * e / d);
       if (bound_direction[j] < 0.0) dual = std::min(dual, -keep * bound_[j] / bound_direction[j]);
     }
@@ -288,10 +301,10 @@ class Transcription {
       u_ = next;
       now = there;
       bound_ += dual * bound_direction;
-      for (std::size_t i = 0; i <= cells_; ++i) {
+      for (std::size_t i = 0; i < cells_; ++i) {
         // The multipliers stay within a factor of what the barrier makes them.
         double& b = bound_[static_cast<Eigen::Index>(i)];
-        b = std::clamp(b, 1e-6 * barrier_ / eta(u_, i), 1e6 * barrier_ / eta(u_, i));
+        b = std::clamp(b, 1e-6 * barrier(i) / eta(u_, i), 1e6 * barrier(i) / eta(u_, i));
       }
       multiplier_ = multiplier;
       return true;
@@ -307,8 +320,9 @@ class Transcription {
     double tau = 0.0;
     for (std::size_t i = 0; i <= cells_; ++i) {
       if (i > 0) tau += share_[i - 1] * std::exp(u_[0]);
-      result.nodes.push_back({tau, motion_[i].theta, motion_[i].log_v, eta(u_, i), -adjoint_[i][1] * reference_,
-                              -adjoint_[i][0] * reference_, bound_[static_cast<Eigen::Index>(i)]});
+      const std::size_t own = std::min(i, cells_ - 1);
+      result.nodes.push_back({tau, motion_[i].t, motion_[i].theta, motion_[i].log_v, eta(u_, own), -adjoint_[i][1] * reference_,
+                              -adjoint_[i][0] * reference_, bound_[static_cast<Eigen::Index>(own)]});
     }
   }
 
@@ -318,10 +332,11 @@ class Transcription {
   double distance_;
   double reference_ = 1.0;
   std::vector<double> share_;  ///< of the length in τ, by cell
+  std::vector<double> weight_;  ///< of the barrier, by node
   Eigen::VectorXd u_;          ///< ln of the length in τ; θ(0) if free; η at the nodes
   Eigen::VectorXd bound_;      ///< multipliers of η ≥ 0
   Eigen::VectorXd multiplier_;  ///< of the end point
-  double barrier_ = 0.1, penalty_ = 1e-2, last_shift_ = 0.0;
+  double barrier_ = first_barrier, penalty_ = 1e-2, last_shift_ = 0.0;
 
   std::vector<Step<double>> motion_;
   std::vector<Step<Second>> steps_;
@@ -334,11 +349,39 @@ class Transcription {
 
 }  // namespace
 
+namespace {
+
+/// Free flights that hit the end point: where θ(0) is free they are motions of the scene, b = a tan θ₁ − ½ a²(1 + tan² θ₁).
+void add_flights(const ScaledScene& scene, std::vector<ControlGuess>& found) {
+  const double a = scene.x, square = 1.0 - a * a - 2.0 * scene.y;
+  if (square < 0.0) return;
+  const double high = (1.0 + std::sqrt(square)) / a, low = (a * a + 2.0 * scene.y) / (a * a) / high;
+  for (const double tangent : {low, high}) {
+    const double slope = std::atan(tangent);
+    // x = tan θ₁ − tan θ in these units, θ' = −cos θ.
+    const double end = std::atan(tangent - a * (1.0 + tangent * tangent));
+    const auto gudermannian = [](double theta) { return std::asinh(std::tan(theta)); };
+    const double length = gudermannian(slope) - gudermannian(end);
+    constexpr int points = 40;
+    constexpr double aside = 0.05;
+    ControlGuess flight{{}, {}, slope, 0.0};
+    for (int i = 0; i <= points; ++i) {
+      const double tau = length * i / points;
+      flight.tau.push_back(tau);
+      flight.eta.push_back(aside / std::cosh(gudermannian(slope) - tau));  // a little of cos θ
+    }
+    found.push_back(std::move(flight));
+  }
+}
+
+}  // namespace
+
 std::vector<ControlGuess> simple_controls(const ScaledScene& scene) {
   constexpr double levels[] = {0.02, 0.3, 0.6, 0.9, 1.2, 1.7, 2.5, 4.0};
   constexpr double slopes[] = {-1.5, -1.2, -0.9, -0.6, -0.3, 0.0, 0.4};
   const double distance = std::hypot(scene.x, scene.y);
   std::vector<ControlGuess> found;
+  if (!scene.slope) add_flights(scene, found);
   for (const double begin : levels) {
     for (const double end : levels) {
       for (const double slope : slopes) {

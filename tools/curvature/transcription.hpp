@@ -18,7 +18,7 @@ struct ScaledScene {
 /// Values at a node of the transcription, in units of v₀ and g.
 struct TranscribedNode {
   double tau;  ///< ∫ dt/v
-  double theta, log_v, eta;
+  double time, theta, log_v, eta;
   double along, turn;  ///< λv v and λθ
   double bound;        ///< multiplier of η ≥ 0
 };
