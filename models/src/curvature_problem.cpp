@@ -43,6 +43,7 @@ CurvatureProblem::CurvatureProblem(const Scene& scene, const Plan& plan) : arcs_
 void CurvatureProblem::name_everything(const Scene& scene, const Plan& plan) {
   unknowns_.push_back({"theta_end"});
   unknowns_.push_back(last_in_contact() ? Unknown{"eta_end", std::max(1.0, plan.eta_end), 0.0} : Unknown{"slope_end"});
+  unknowns_.push_back({"log_speed_ratio"});
   for (std::size_t i = 0; i < arcs_.size(); ++i) {
     unknowns_.push_back({fmt::format("length_{}", i + 1), arcs_[i].length, 0.0});
     structure_.emplace_back(name_of(arcs_[i].kind));
@@ -63,6 +64,7 @@ void CurvatureProblem::name_everything(const Scene& scene, const Plan& plan) {
   const double distance = std::hypot(scene.x, scene.y);
   rows_.push_back({"end x", distance});
   rows_.push_back({"end y", distance});
+  rows_.push_back({"start speed (logarithm)"});
   rows_.push_back({slope_given_ ? "start slope" : arcs_[0].kind == ArcKind::contact ? "start: normal force h = 0"
                                                                                   : "start: lambda_theta = 0"});
   const std::vector<double> values = curvature::parameters(scene);
@@ -83,7 +85,7 @@ void CurvatureProblem::shoot(Shot& shot) const {
   ChainPoint at;
   at.theta = theta_end;
   at.eta = last_in_contact() ? second : Jet(0.0);
-  std::size_t unknown = 2 + arcs_.size(), row = 0;
+  std::size_t unknown = first_length + arcs_.size(), row = 0;
   std::vector<Jet> junctions;  // their times, the latest first
   for (std::size_t i = arcs_.size(); i-- > 0;) {
     const bool in_contact = arcs_[i].kind == ArcKind::contact;
@@ -195,13 +197,15 @@ void CurvatureProblem::ballistic(Shot& shot, const Constants& constants, std::si
 void CurvatureProblem::finish(Shot& shot, const Constants& constants, const ChainPoint& at, const std::vector<Jet>& junctions,
                               std::size_t row) const {
   const Jet& gravity = shot.parameter(gravity_place);
-  const Jet speed = shot.parameter(speed_place) * exp(-at.log_v);  // v_f
+  const Jet& log_ratio = shot.unknown(2);
+  const Jet speed = shot.parameter(speed_place) * exp(log_ratio);  // v_f
   const Jet time = speed / gravity, distance = speed * time;
   const bool in_contact = arcs_[0].kind == ArcKind::contact;
   const Jet along = in_contact ? at.n * exp(2.0 * at.log_v) : at.lambda_along;
   const Jet turn = in_contact ? -along * friction_slope(at.eta, constants.mu, constants.beta) : at.lambda_turn;
   shot.row(row++, -at.x * distance - shot.parameter(x_place));
   shot.row(row++, -at.y * distance - shot.parameter(y_place));
+  shot.row(row++, at.log_v + log_ratio);
   shot.row(row++, slope_given_ ? at.theta - shot.parameter(slope_place) : in_contact ? at.eta : turn);
 
   for (std::size_t i = 0; i < junctions.size(); ++i) {
@@ -226,7 +230,8 @@ std::shared_ptr<const Problem> make_problem(const Scene& scene, const Plan& plan
 }
 
 Eigen::VectorXd unknowns(const Plan& plan) {
-  std::vector<double> y{plan.theta_end, plan.arcs.back().kind == ArcKind::contact ? plan.eta_end : plan.slope_end};
+  std::vector<double> y{plan.theta_end, plan.arcs.back().kind == ArcKind::contact ? plan.eta_end : plan.slope_end,
+                        plan.log_speed_ratio};
   for (const ArcPlan& arc : plan.arcs) y.push_back(arc.length);
   for (auto arc = plan.arcs.rbegin(); arc != plan.arcs.rend(); ++arc) {
     for (const Node& node : arc->nodes) y.insert(y.end(), {node.theta, node.eta, node.n});

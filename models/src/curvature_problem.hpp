@@ -47,8 +47,9 @@ class CurvatureProblem final : public Problem {
   [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>& p) const override;
 
  private:
+  static constexpr std::size_t first_length = 3;  ///< place among the unknowns
   [[nodiscard]] bool last_in_contact() const { return arcs_.back().kind == ArcKind::contact; }
-  [[nodiscard]] const Jet& length(const Shot& shot, std::size_t i) const { return shot.unknown(2 + i); }
+  [[nodiscard]] const Jet& length(const Shot& shot, std::size_t i) const { return shot.unknown(first_length + i); }
   void name_everything(const Scene& scene, const Plan& plan);
   void contact(Shot& shot, const Constants& constants, std::size_t i, ChainPoint& at, std::size_t& unknown,
                std::size_t& row) const;

@@ -40,11 +40,14 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     if (!coarse.converged) continue;
     const Transcribed fine = transcribe(s, regrid(coarse, 60), {.cells = 60});
     if (!fine.converged) continue;
-    const Plan plan = make_plan(s, fine);
+    const Plan plan = make_plan(s, fine, std::getenv("GROWTH") ? atof(std::getenv("GROWTH")) : 20.0);
     if (std::getenv("TRACE")) {
       for (auto& a : plan.arcs) fmt::print("{} {} nodes {}\n", a.kind == ArcKind::contact ? "C" : "B", a.length, a.nodes.size());
     }
-    outcome.solution = solve(make_problem(scene, plan), unknowns(plan), options);
+    SolveOptions capped = options;
+    capped.max_steps = 2000;
+    capped.max_iterations = 15;
+    outcome.solution = solve(make_problem(scene, plan), unknowns(plan), capped);
     outcome.cost.add(Statistics{});
     if (outcome.solution.solved()) return finish(Outcome::Status::solved, "");
     why = outcome.solution.message;

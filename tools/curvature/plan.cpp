@@ -92,6 +92,7 @@ Plan make_plan(const ScaledScene& scene, const Transcribed& motion, double growt
   const Sample& end = samples.back();
   const double cosine = std::cos(end.theta), sine = std::sin(end.theta);
   plan.theta_end = end.theta;
+  plan.log_speed_ratio = motion.nodes.back().log_v;
   plan.eta_end = end.eta;
   plan.slope_end = (lambda_y * cosine - lambda_x * sine) / (lambda_x * cosine + lambda_y * sine);
   return plan;

@@ -148,6 +148,7 @@ struct Plan {
   double theta_end = 0.0;  ///< θ_f
   double eta_end = 1.0;    ///< η_f, if the last arc is a contact arc
   double slope_end = 0.0;  ///< B_θ/B at t_f, if it is ballistic
+  double log_speed_ratio = 0.0;  ///< ln(v_f/v₀)
 };
 
 /// Parameters of the problem, by place. `slope` is present only where θ(0) is given.
@@ -156,9 +157,10 @@ enum ScenePlace : std::size_t { x_place, y_place, speed_place, mu_place, beta_pl
 /// The shooting problem of a scene for the structure of a plan.
 ///
 /// Everything is integrated backward from the end, where H = 0 and λv = λθ = 0 give B = 1/v_f, and regularity B_θ = −K'(η_f) B: there
-/// backward integration damps what it would amplify forward. Unknowns: θ_f; η_f (contact) or B_θ/B (ballistic); the lengths of
-/// the arcs; and the states (θ, η, n) at the nodes, with rows of continuity. Speed and place at the nodes are no unknowns: the motion
-/// has no scale of its own, so each segment is scaled by where the chain has come. Rows at the start: x, y, and θ(0) (if free,
+/// backward integration damps what it would amplify forward. Unknowns: θ_f; η_f (contact) or B_θ/B (ballistic); ln(v_f/v₀);
+/// the lengths of the arcs; and the states (θ, η, n) at the nodes, with rows of continuity. Speed and place at the nodes are no unknowns: the motion
+/// has no scale of its own, so each segment is scaled by where the chain has come. The ratio of speeds is one all the same: the end
+/// of the motion then makes its length, and what happened before in a small scale enters through a logarithm. Rows at the start: x, y, ln v, and θ(0) (if free,
 /// λθ(0) = 0; where a contact arc comes first, which is so without friction, η(0) = 0); at each junction h = 0, or λθ = μ λv v if the
 /// ballistic arc is the later one.
 ///
