@@ -42,16 +42,19 @@ CurvatureProblem::CurvatureProblem(const Scene& scene, const Plan& plan) : arcs_
 /// Unknowns and rows in the order in which shoot() meets them.
 void CurvatureProblem::name_everything(const Scene& scene, const Plan& plan) {
   unknowns_.push_back({"theta_end"});
-  unknowns_.push_back(last_in_contact() ? Unknown{"eta_end", std::max(1.0, plan.eta_end), 0.0} : Unknown{"slope_end"});
+  unknowns_.push_back(last_in_contact() ? Unknown{"eta_end", plan.eta_end, 0.0} : Unknown{"slope_end"});
   unknowns_.push_back({"log_speed_ratio"});
   for (std::size_t i = 0; i < arcs_.size(); ++i) {
     unknowns_.push_back({fmt::format("length_{}", i + 1), arcs_[i].length, 0.0});
     structure_.emplace_back(name_of(arcs_[i].kind));
   }
+  if (starts_freely_in_flight()) unknowns_.push_back({"theta_start"});
   for (std::size_t i = arcs_.size(); i-- > 0;) {
+    double most = i + 1 == arcs_.size() ? plan.eta_end : 0.0;
+    for (const Node& node : arcs_[i].nodes) most = std::max(most, node.eta);
     for (std::size_t j = 0; j < arcs_[i].nodes.size(); ++j) {
       const Node& node = arcs_[i].nodes[j];
-      const std::pair<const char*, double> parts[] = {{"theta", 1.0}, {"eta", std::max(1.0, node.eta)}, {"n", node.n}};
+      const std::pair<const char*, double> parts[] = {{"theta", 1.0}, {"eta", std::max(0.1 * most, node.eta)}, {"n", node.n}};
       for (const auto& [name, scale] : parts) {
         unknowns_.push_back({fmt::format("{}_{}_{}", name, i + 1, j + 1), scale});
         rows_.push_back({fmt::format("arc {} node {} continuity of {}", i + 1, j + 1, name), scale});
@@ -61,12 +64,17 @@ void CurvatureProblem::name_everything(const Scene& scene, const Plan& plan) {
     rows_.push_back({arcs_[i].kind == ArcKind::contact ? fmt::format("arc {} start: normal force h = 0", i + 1)
                                                        : fmt::format("arc {} start: lambda_theta = mu lambda_v v", i + 1)});
   }
+  if (arcs_[0].kind == ArcKind::contact) {
+    rows_.push_back({"start speed (logarithm)"});
+    rows_.push_back({slope_given_ ? "start slope" : "start: normal force h = 0"});
+  } else {
+    rows_.push_back({"arc 1 end: speed (logarithm)"});
+    rows_.push_back({"arc 1 end: slope"});
+    if (!slope_given_) rows_.push_back({"start: lambda_theta = 0"});
+  }
   const double distance = std::hypot(scene.x, scene.y);
   rows_.push_back({"end x", distance});
   rows_.push_back({"end y", distance});
-  rows_.push_back({"start speed (logarithm)"});
-  rows_.push_back({slope_given_ ? "start slope" : arcs_[0].kind == ArcKind::contact ? "start: normal force h = 0"
-                                                                                  : "start: lambda_theta = 0"});
   const std::vector<double> values = curvature::parameters(scene);
   const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},  {"y", "m"},          {"speed", "m/s"},     {"mu", "1"},
                                                                {"beta", "s^4/m^2"}, {"gravity", "m/s^2"}, {"slope", "rad"}};
@@ -85,14 +93,16 @@ void CurvatureProblem::shoot(Shot& shot) const {
   ChainPoint at;
   at.theta = theta_end;
   at.eta = last_in_contact() ? second : Jet(0.0);
-  std::size_t unknown = first_length + arcs_.size(), row = 0;
+  std::size_t unknown = first_node(), row = 0;
   std::vector<Jet> junctions;  // their times, the latest first
   for (std::size_t i = arcs_.size(); i-- > 0;) {
     const bool in_contact = arcs_[i].kind == ArcKind::contact;
     if (in_contact) {
       contact(shot, constants, i, at, unknown, row);
-    } else {
+    } else if (i > 0) {
       ballistic(shot, constants, i, at);
+    } else {
+      first_flight(shot, constants, at, row);
     }
     if (i == 0) break;
     shot.row(row++, in_contact ? at.eta : at.lambda_turn - constants.mu * at.lambda_along);
@@ -168,45 +178,78 @@ void CurvatureProblem::segment(Shot& shot, std::size_t i, const Jet& from, const
   at.n = end.state[3];
 }
 
-/// Ballistic arc i from its later end to its start, in closed form; integrated for those who observe it.
-void CurvatureProblem::ballistic(Shot& shot, const Constants& constants, std::size_t i, ChainPoint& at) const {
+/// The flight whose later end is where the chain has come: its velocity there, and the costates of the velocity's components.
+CurvatureProblem::Flight CurvatureProblem::flight_to(const Constants& constants, std::size_t i, const ChainPoint& at) const {
   const Jet v = exp(at.log_v), cosine = cos(at.theta), sine = sin(at.theta);
-  const bool last = i + 1 == arcs_.size();
-  const Jet along = last ? Jet(0.0) : at.n * v * v;
-  const Jet turn = constants.mu * along;
-  const Jet v_x = v * cosine, v_y = v * sine;
-  const Jet to_x = (along * cosine - turn * sine) / v, to_y = (along * sine + turn * cosine) / v;  // costates of v_x and v_y
-  const Jet& d = length(shot, i);
+  const Jet along = i + 1 == arcs_.size() ? Jet(0.0) : at.n * v * v;
+  const Jet turn = constants.mu * along;  // h = 0 at a junction
+  return {v * cosine, v * sine, (along * cosine - turn * sine) / v, (along * sine + turn * cosine) / v};
+}
+
+/// Integrates a flight from where it is given over `d` in t, for those who observe it: it is known in closed form.
+void CurvatureProblem::show_flight(Shot& shot, const Constants& constants, std::size_t i, const Flight& flight,
+                                   const ChainPoint& at, double d) const {
   shot.arc({.arc = static_cast<int>(i),
             .field = &ballistic_,
-            .t1 = -d.value,
+            .t1 = d,
             .quadrature = {at.x.value, at.y.value, at.t.value},
-            .parameter = {v_x.value, v_y.value, at.theta.value, constants.lambda_x.value, constants.lambda_y.value, to_x.value,
-                          to_y.value},
+            .parameter = {flight.v_x.value, flight.v_y.value, at.theta.value, constants.lambda_x.value,
+                          constants.lambda_y.value, flight.to_x.value, flight.to_y.value},
             .time_quadrature = time_in_w});
-  at.x -= v_x * d;
-  at.y -= (v_y + 0.5 * d) * d;
+}
+
+/// A flight between two contact arcs or at the end, from its later end to its start.
+void CurvatureProblem::ballistic(Shot& shot, const Constants& constants, std::size_t i, ChainPoint& at) const {
+  const Flight end = flight_to(constants, i, at);
+  const Jet& d = length(shot, i);
+  show_flight(shot, constants, i, end, at, -d.value);
+  at.x -= end.v_x * d;
+  at.y -= (end.v_y + 0.5 * d) * d;
   at.t -= d;
-  const Jet start_v_y = v_y + d, start_to_x = to_x + constants.lambda_x * d, start_to_y = to_y + constants.lambda_y * d;
-  at.log_v = 0.5 * log(v_x * v_x + start_v_y * start_v_y);
-  at.theta = direction_from(at.theta, v_x, v_y, v_x, start_v_y);
-  at.lambda_along = start_to_x * v_x + start_to_y * start_v_y;
-  at.lambda_turn = start_to_y * v_x - start_to_x * start_v_y;
+  const Flight start{end.v_x, end.v_y + d, end.to_x + constants.lambda_x * d, end.to_y + constants.lambda_y * d};
+  at.log_v = 0.5 * log(start.v_x * start.v_x + start.v_y * start.v_y);
+  at.theta = direction_from(at.theta, end.v_x, end.v_y, start.v_x, start.v_y);
+  at.lambda_along = start.along();
+  at.lambda_turn = start.turn();
+}
+
+/// The flight with which the motion starts: from its start, where speed and direction are known, for a long fall has forgotten
+/// them. Sets the rows that join it to the chain.
+void CurvatureProblem::first_flight(Shot& shot, const Constants& constants, ChainPoint& at, std::size_t& row) const {
+  const Flight end = flight_to(constants, 0, at);
+  const Jet& d = length(shot, 0);
+  const Jet speed = exp(-shot.unknown(log_ratio_place));
+  const Jet theta = slope_given_ ? shot.parameter(slope_place) : shot.unknown(first_length + arcs_.size());
+  const Flight start{speed * cos(theta), speed * sin(theta), end.to_x + constants.lambda_x * d, end.to_y + constants.lambda_y * d};
+  const Jet arriving_v_y = start.v_y - d;
+  shot.row(row++, at.log_v - 0.5 * log(start.v_x * start.v_x + arriving_v_y * arriving_v_y));
+  shot.row(row++, at.theta - direction_from(theta, start.v_x, start.v_y, start.v_x, arriving_v_y));
+  at.x -= start.v_x * d;
+  at.y -= (start.v_y - 0.5 * d) * d;
+  at.t -= d;
+  at.log_v = -shot.unknown(log_ratio_place);
+  at.theta = theta;
+  at.lambda_along = start.along();
+  at.lambda_turn = start.turn();
+  show_flight(shot, constants, 0, start, at, d.value);
+  if (!slope_given_) shot.row(row++, at.lambda_turn);
 }
 
 void CurvatureProblem::finish(Shot& shot, const Constants& constants, const ChainPoint& at, const std::vector<Jet>& junctions,
                               std::size_t row) const {
   const Jet& gravity = shot.parameter(gravity_place);
-  const Jet& log_ratio = shot.unknown(2);
+  const Jet& log_ratio = shot.unknown(log_ratio_place);
   const Jet speed = shot.parameter(speed_place) * exp(log_ratio);  // v_f
   const Jet time = speed / gravity, distance = speed * time;
   const bool in_contact = arcs_[0].kind == ArcKind::contact;
   const Jet along = in_contact ? at.n * exp(2.0 * at.log_v) : at.lambda_along;
   const Jet turn = in_contact ? -along * friction_slope(at.eta, constants.mu, constants.beta) : at.lambda_turn;
+  if (in_contact) {
+    shot.row(row++, at.log_v + log_ratio);
+    shot.row(row++, slope_given_ ? at.theta - shot.parameter(slope_place) : at.eta);
+  }
   shot.row(row++, -at.x * distance - shot.parameter(x_place));
   shot.row(row++, -at.y * distance - shot.parameter(y_place));
-  shot.row(row++, at.log_v + log_ratio);
-  shot.row(row++, slope_given_ ? at.theta - shot.parameter(slope_place) : in_contact ? at.eta : turn);
 
   for (std::size_t i = 0; i < junctions.size(); ++i) {
     shot.report(fmt::format("t{}", i + 1), "s", time * (junctions[junctions.size() - 1 - i] - at.t));
@@ -229,10 +272,11 @@ std::shared_ptr<const Problem> make_problem(const Scene& scene, const Plan& plan
   return std::make_shared<CurvatureProblem>(scene, plan);
 }
 
-Eigen::VectorXd unknowns(const Plan& plan) {
+Eigen::VectorXd unknowns(const Scene& scene, const Plan& plan) {
   std::vector<double> y{plan.theta_end, plan.arcs.back().kind == ArcKind::contact ? plan.eta_end : plan.slope_end,
                         plan.log_speed_ratio};
   for (const ArcPlan& arc : plan.arcs) y.push_back(arc.length);
+  if (plan.arcs.front().kind == ArcKind::ballistic && !scene.slope) y.push_back(plan.theta_start);
   for (auto arc = plan.arcs.rbegin(); arc != plan.arcs.rend(); ++arc) {
     for (const Node& node : arc->nodes) y.insert(y.end(), {node.theta, node.eta, node.n});
   }

@@ -47,7 +47,17 @@ class CurvatureProblem final : public Problem {
   [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>& p) const override;
 
  private:
-  static constexpr std::size_t first_length = 3;  ///< place among the unknowns
+  static constexpr std::size_t log_ratio_place = 2, first_length = 3;  ///< among the unknowns
+
+  /// A flight at one of its ends: velocity, and the costates of its components, which are linear in t.
+  struct Flight {
+    Jet v_x, v_y, to_x, to_y;
+    [[nodiscard]] Jet along() const { return to_x * v_x + to_y * v_y; }  ///< λv v
+    [[nodiscard]] Jet turn() const { return to_y * v_x - to_x * v_y; }   ///< λθ
+  };
+
+  [[nodiscard]] bool starts_freely_in_flight() const { return !slope_given_ && arcs_.front().kind == ArcKind::ballistic; }
+  [[nodiscard]] std::size_t first_node() const { return first_length + arcs_.size() + (starts_freely_in_flight() ? 1 : 0); }
   [[nodiscard]] bool last_in_contact() const { return arcs_.back().kind == ArcKind::contact; }
   [[nodiscard]] const Jet& length(const Shot& shot, std::size_t i) const { return shot.unknown(first_length + i); }
   void name_everything(const Scene& scene, const Plan& plan);
@@ -55,6 +65,10 @@ class CurvatureProblem final : public Problem {
                std::size_t& row) const;
   double end_segment(Shot& shot, std::size_t i, double most, const Constants& constants, ChainPoint& at) const;
   void segment(Shot& shot, std::size_t i, const Jet& from, const Jet& to, const Constants& constants, ChainPoint& at) const;
+  [[nodiscard]] Flight flight_to(const Constants& constants, std::size_t i, const ChainPoint& at) const;
+  void show_flight(Shot& shot, const Constants& constants, std::size_t i, const Flight& flight, const ChainPoint& at,
+                   double d) const;
+  void first_flight(Shot& shot, const Constants& constants, ChainPoint& at, std::size_t& row) const;
   void ballistic(Shot& shot, const Constants& constants, std::size_t i, ChainPoint& at) const;
   void finish(Shot& shot, const Constants& constants, const ChainPoint& at, const std::vector<Jet>& junctions,
               std::size_t row) const;

@@ -38,7 +38,9 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     if (++tries > 6) break;
     const Transcribed coarse = transcribe(s, guess, {});
     if (!coarse.converged) continue;
-    const Transcribed fine = transcribe(s, regrid(coarse, 60), {.cells = 60});
+    const Transcribed middle = transcribe(s, regrid(coarse, 60), {.cells = 60});
+    if (!middle.converged) continue;
+    const Transcribed fine = transcribe(s, regrid(middle, 80), {.cells = 80});
     if (!fine.converged) continue;
     const Plan plan = make_plan(s, fine, std::getenv("GROWTH") ? atof(std::getenv("GROWTH")) : 20.0);
     if (std::getenv("TRACE")) {
@@ -47,7 +49,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     SolveOptions capped = options;
     capped.max_steps = 2000;
     capped.max_iterations = 15;
-    outcome.solution = solve(make_problem(scene, plan), unknowns(plan), capped);
+    outcome.solution = solve(make_problem(scene, plan), unknowns(scene, plan), capped);
     outcome.cost.add(Statistics{});
     if (outcome.solution.solved()) return finish(Outcome::Status::solved, "");
     why = outcome.solution.message;

@@ -91,6 +91,7 @@ Plan make_plan(const ScaledScene& scene, const Transcribed& motion, double growt
   close(samples.back().excess > 0.0);
   const Sample& end = samples.back();
   const double cosine = std::cos(end.theta), sine = std::sin(end.theta);
+  plan.theta_start = samples.front().theta;
   plan.theta_end = end.theta;
   plan.log_speed_ratio = motion.nodes.back().log_v;
   plan.eta_end = end.eta;

@@ -437,12 +437,19 @@ Transcribed transcribe(const ScaledScene& scene, const ControlGuess& guess, cons
 
 ControlGuess regrid(const Transcribed& coarse, int cells) {
   const auto& nodes = coarse.nodes;
-  // Half the cells go by the changes of η and θ, half by τ: none is longer than twice the mean.
-  std::vector<double> change{0.0}, monitor{0.0};
+  // A third of the cells goes by τ: none is longer than three times the mean. A third goes by the changes of η and θ, and a third
+  // by ω, dτ = η dω, where η is not held at 0: contact may be short, or begin with a steep change of η.
+  std::vector<double> change{0.0}, contact{0.0}, monitor{0.0};
   for (std::size_t i = 1; i < nodes.size(); ++i) {
-    change.push_back(change.back() + std::abs(nodes[i].eta - nodes[i - 1].eta) + std::abs(nodes[i].theta - nodes[i - 1].theta));
+    const TranscribedNode &a = nodes[i - 1], &b = nodes[i];
+    change.push_back(change.back() + std::abs(b.eta - a.eta) + std::abs(b.theta - a.theta));
+    const bool held = a.bound > a.eta && b.bound > b.eta;
+    contact.push_back(contact.back() + (held ? 0.0 : (b.tau - a.tau) / std::max(1e-9, a.eta + b.eta)));
   }
-  for (std::size_t i = 1; i < nodes.size(); ++i) monitor.push_back(change[i] / change.back() + nodes[i].tau / nodes.back().tau);
+  for (std::size_t i = 1; i < nodes.size(); ++i) {
+    const double in_contact = contact.back() > 0.0 ? contact[i] / contact.back() : 0.0;
+    monitor.push_back(change[i] / change.back() + nodes[i].tau / nodes.back().tau + in_contact);
+  }
   ControlGuess fine{{}, {}, nodes.front().theta, coarse.miss};
   std::size_t at = 0;
   for (int j = 0; j <= cells; ++j) {

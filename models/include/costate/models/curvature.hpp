@@ -98,7 +98,7 @@ struct ContactArc {
   }
 };
 
-/// The ballistic arc: a parabola. p = (v cos θ, v sin θ, θ) at its later end, where t = 0, then λx, λy and the costates of the two
+/// The ballistic arc: a parabola. p = (v cos θ, v sin θ, θ) where t = 0, at one of its ends, then λx, λy and the costates of the two
 /// velocities there, which are linear in t; w = (x, y, t).
 struct BallisticArc {
   static constexpr int states = 0, parameters = 7, quadratures = 3;
@@ -145,7 +145,8 @@ struct ArcPlan {
 /// The arcs of a motion in order of time, and an estimate of its end.
 struct Plan {
   std::vector<ArcPlan> arcs;
-  double theta_end = 0.0;  ///< θ_f
+  double theta_start = 0.0;  ///< θ(0), an unknown where it is free and the first arc is ballistic
+  double theta_end = 0.0;    ///< θ_f
   double eta_end = 1.0;    ///< η_f, if the last arc is a contact arc
   double slope_end = 0.0;  ///< B_θ/B at t_f, if it is ballistic
   double log_speed_ratio = 0.0;  ///< ln(v_f/v₀)
@@ -169,7 +170,7 @@ enum ScenePlace : std::size_t { x_place, y_place, speed_place, mu_place, beta_pl
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Plan& plan);
 
 /// The unknowns that a plan estimates, in the order of its problem.
-[[nodiscard]] Eigen::VectorXd unknowns(const Plan& plan);
+[[nodiscard]] Eigen::VectorXd unknowns(const Scene& scene, const Plan& plan);
 
 /// Parameter values of a scene, as the problem orders them.
 [[nodiscard]] std::vector<double> parameters(const Scene& scene);
