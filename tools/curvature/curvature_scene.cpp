@@ -42,13 +42,13 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     if (!middle.converged) continue;
     const Transcribed fine = transcribe(s, regrid(middle, 80), {.cells = 80});
     if (!fine.converged) continue;
-    const Plan plan = make_plan(s, fine, std::getenv("GROWTH") ? atof(std::getenv("GROWTH")) : 20.0);
+    const Plan plan = make_plan(s, fine, std::getenv("GROWTH") ? atof(std::getenv("GROWTH")) : 4.0);
     if (std::getenv("TRACE")) {
       for (auto& a : plan.arcs) fmt::print("{} {} nodes {}\n", a.kind == ArcKind::contact ? "C" : "B", a.length, a.nodes.size());
     }
     SolveOptions capped = options;
-    capped.max_steps = 2000;
-    capped.max_iterations = 15;
+    capped.max_steps = 600;
+    capped.max_iterations = 12;
     outcome.solution = solve(make_problem(scene, plan), unknowns(scene, plan), capped);
     outcome.cost.add(Statistics{});
     if (outcome.solution.solved()) return finish(Outcome::Status::solved, "");

@@ -21,8 +21,17 @@ std::vector<Sample> samples_of(const ScaledScene& scene, const Transcribed& moti
     samples.push_back({node.tau, node.time / speed, node.theta, node.eta,
                        node.along / speed * std::exp(2.0 * (final_log_v - node.log_v)), node.turn / node.along - scene.mu});
   }
-  // At the end itself the quotient is 0/0.
-  samples.back().excess = samples[samples.size() - 2].excess;
+  // At the end itself the quotient is 0/0, and the transcription keeps η constant over the last cell: it goes on as it did before.
+  const std::size_t last = samples.size() - 1;
+  Sample &end = samples[last], &before = samples[last - 1];
+  const Sample& earlier = samples[last - 2];
+  end.excess = before.excess;
+  if (before.excess > 0.0 && earlier.excess > 0.0) {
+    const double length = end.tau - before.tau;
+    const double more = length * (before.eta - earlier.eta) / (before.tau - earlier.tau);
+    end.eta = std::max(0.5 * before.eta, before.eta + more);
+    end.theta += 0.5 * more * length;
+  }
   return samples;
 }
 

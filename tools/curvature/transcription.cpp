@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -437,18 +438,22 @@ Transcribed transcribe(const ScaledScene& scene, const ControlGuess& guess, cons
 
 ControlGuess regrid(const Transcribed& coarse, int cells) {
   const auto& nodes = coarse.nodes;
-  // A third of the cells goes by τ: none is longer than three times the mean. A third goes by the changes of η and θ, and a third
-  // by ω, dτ = η dω, where η is not held at 0: contact may be short, or begin with a steep change of η.
-  std::vector<double> change{0.0}, contact{0.0}, monitor{0.0};
+  // The cells go, in equal parts, by τ (none is much longer than the mean), by τ in contact, which may be short, and by the changes of
+  // θ and of η, which may begin steeply.
+  std::array<double, 4> sum{};
+  std::vector<std::array<double, 4>> sums{sum};
   for (std::size_t i = 1; i < nodes.size(); ++i) {
     const TranscribedNode &a = nodes[i - 1], &b = nodes[i];
-    change.push_back(change.back() + std::abs(b.eta - a.eta) + std::abs(b.theta - a.theta));
     const bool held = a.bound > a.eta && b.bound > b.eta;
-    contact.push_back(contact.back() + (held ? 0.0 : (b.tau - a.tau) / std::max(1e-9, a.eta + b.eta)));
+    const double length = b.tau - a.tau;
+    const std::array<double, 4> parts{length, held ? 0.0 : length, std::abs(b.theta - a.theta), std::abs(b.eta - a.eta)};
+    for (std::size_t j = 0; j < parts.size(); ++j) sum[j] += parts[j];
+    sums.push_back(sum);
   }
-  for (std::size_t i = 1; i < nodes.size(); ++i) {
-    const double in_contact = contact.back() > 0.0 ? contact[i] / contact.back() : 0.0;
-    monitor.push_back(change[i] / change.back() + nodes[i].tau / nodes.back().tau + in_contact);
+  std::vector<double> monitor;
+  for (const auto& upto : sums) {
+    monitor.push_back(0.0);
+    for (std::size_t j = 0; j < sum.size(); ++j) monitor.back() += sum[j] > 0.0 ? upto[j] / sum[j] : 0.0;
   }
   ControlGuess fine{{}, {}, nodes.front().theta, coarse.miss};
   std::size_t at = 0;
