@@ -54,7 +54,9 @@ void CurvatureProblem::name_everything(const Scene& scene, const Plan& plan) {
     for (const Node& node : arcs_[i].nodes) most = std::max(most, node.eta);
     for (std::size_t j = 0; j < arcs_[i].nodes.size(); ++j) {
       const Node& node = arcs_[i].nodes[j];
-      const std::pair<const char*, double> parts[] = {{"theta", 1.0}, {"eta", std::max(0.1 * most, node.eta)}, {"n", node.n}};
+      // Where η is small the motion is nearly a fall, and θ matters to the same digits.
+      const double eta = std::max(0.1 * most, node.eta);
+      const std::pair<const char*, double> parts[] = {{"theta", std::min(1.0, eta)}, {"eta", eta}, {"n", node.n}};
       for (const auto& [name, scale] : parts) {
         unknowns_.push_back({fmt::format("{}_{}_{}", name, i + 1, j + 1), scale});
         rows_.push_back({fmt::format("arc {} node {} continuity of {}", i + 1, j + 1, name), scale});

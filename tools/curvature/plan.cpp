@@ -21,6 +21,10 @@ std::vector<Sample> samples_of(const ScaledScene& scene, const Transcribed& moti
     samples.push_back({node.tau, node.time / speed, node.theta, node.eta,
                        node.along / speed * std::exp(2.0 * (final_log_v - node.log_v)), node.turn / node.along - scene.mu});
   }
+  // Beside a flight the barrier still holds η down; λθ says better what it is.
+  for (std::size_t i = 0; i + 3 < samples.size(); ++i) {
+    if (samples[i].excess > 0.0) samples[i].eta = std::sqrt(samples[i].excess / (-3.0 * scene.beta));
+  }
   // At the end itself the quotient is 0/0, and the transcription keeps η constant over the last cell: it goes on as it did before.
   const std::size_t last = samples.size() - 1;
   Sample &end = samples[last], &before = samples[last - 1];
