@@ -1,6 +1,7 @@
 #include "curvature/curvature_scene.hpp"
 
 #include "curvature/plan.hpp"
+#include "curvature/reach.hpp"
 #include "curvature/transcription.hpp"
 
 #include <costate/error.hpp>
@@ -20,42 +21,92 @@ ScaledScene scaled(const Scene& scene) {
   return {scene.x / length, scene.y / length, scene.slope, scene.mu, scene.beta * scene.gravity * scene.gravity};
 }
 
+/// Refines a transcribed motion on two finer grids, each fitted to the one before. Nothing if it does not converge.
+std::optional<Transcribed> refined(const ScaledScene& scene, Transcribed motion) {
+  for (const int cells : {60, 80}) {
+    if (!motion.converged) return std::nullopt;
+    motion = transcribe(scene, regrid(motion, cells), {.cells = cells});
+  }
+  return motion.converged ? std::optional(std::move(motion)) : std::nullopt;
+}
+
+/// The highest motion to the end point's vertical that the transcription finds.
+std::optional<Transcribed> highest_motion(const ScaledScene& scene) {
+  constexpr std::size_t tries = 4;
+  const std::vector<ControlGuess> guesses = high_controls(scene);
+  std::optional<Transcribed> best;
+  for (std::size_t i = 0; i < std::min(tries, guesses.size()); ++i) {
+    Transcribed motion = transcribe(scene, guesses[i], {.goal = Goal::highest});
+    if (motion.converged && (!best || motion.y > best->y)) best = std::move(motion);
+  }
+  return best;
+}
+
+class SceneSolver {
+ public:
+  SceneSolver(const Scene& scene, const SolveOptions& options) : scene_(scene), scaled_(scaled(scene)), options_(options) {
+    options_.max_steps = 600;
+    options_.max_iterations = 12;
+  }
+
+  Outcome run() {
+    const double began = thread_seconds();
+    search();
+    outcome_.cost.seconds = thread_seconds() - began;
+    return std::move(outcome_);
+  }
+
+ private:
+  void search() {
+    constexpr std::size_t tries = 6;
+    const double unit = scene_.speed * scene_.speed / scene_.gravity;
+    const double bound = reach_bound(scaled_);
+    if (!(scaled_.y < bound)) {
+      outcome_.status = Outcome::Status::infeasible;
+      outcome_.message = fmt::format("bound {} {}", scene_.y, bound * unit);
+      return;
+    }
+    const std::vector<ControlGuess> guesses = simple_controls(scaled_);
+    for (std::size_t i = 0; i < std::min(tries, guesses.size()); ++i) {
+      if (solve_from(transcribe(scaled_, guesses[i], {}))) return;
+    }
+    const std::optional<Transcribed> highest = highest_motion(scaled_);
+    if (highest) {
+      const double length = scene_.speed * scene_.speed / scene_.gravity;
+      constexpr double margin = 2e-3;
+      outcome_.limits = {{"y_max", "m", highest->y * length}};
+      if (highest->y < scaled_.y - margin * std::hypot(scaled_.x, scaled_.y)) {
+        outcome_.status = Outcome::Status::infeasible;
+        outcome_.message = fmt::format("out of reach {} bound {} {}", scene_.y, bound*length, highest->y * length);
+        return;
+      }
+      if (solve_from(transcribe(scaled_, regrid(*highest, 40), {}))) return;
+    }
+    outcome_.status = Outcome::Status::failed;
+    outcome_.message = why_ + (highest? fmt::format(" bound {} highest {}", bound * unit, highest->y* scene_.speed * scene_.speed / scene_.gravity):fmt::format(" bound {} none highest",bound*unit));
+  }
+
+  /// Solves the scene from an estimate. False if that does not lead to a solution.
+  bool solve_from(const Transcribed& estimate) {
+    const std::optional<Transcribed> motion = refined(scaled_, estimate);
+    if (!motion) return false;
+    const Plan plan = make_plan(scaled_, *motion, 4.0);
+    outcome_.solution = solve(make_problem(scene_, plan), unknowns(scene_, plan), options_);
+    why_ = outcome_.solution.message;
+    if (!outcome_.solution.solved()) return false;
+    outcome_.status = Outcome::Status::solved;
+    return true;
+  }
+
+  Scene scene_;
+  ScaledScene scaled_;
+  SolveOptions options_;
+  Outcome outcome_;
+  std::string why_ = "no motion found";
+};
+
 }  // namespace
 
-Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
-  const double began = thread_seconds();
-  Outcome outcome;
-  const auto finish = [&](Outcome::Status status, std::string message) {
-    outcome.status = status;
-    outcome.message = std::move(message);
-    outcome.cost.seconds = thread_seconds() - began;
-    return outcome;
-  };
-  const ScaledScene s = scaled(scene);
-  std::string why = "no motion found";
-  int tries = 0;
-  for (const ControlGuess& guess : simple_controls(s)) {
-    if (++tries > 6) break;
-    const Transcribed coarse = transcribe(s, guess, {});
-    if (!coarse.converged) continue;
-    const Transcribed middle = transcribe(s, regrid(coarse, 60), {.cells = 60});
-    if (!middle.converged) continue;
-    const Transcribed fine = transcribe(s, regrid(middle, 80), {.cells = 80});
-    if (!fine.converged) continue;
-    const Plan plan = make_plan(s, fine, std::getenv("GROWTH") ? atof(std::getenv("GROWTH")) : 4.0);
-    if (std::getenv("TRACE")) {
-      for (auto& a : plan.arcs) fmt::print("{} {} nodes {}\n", a.kind == ArcKind::contact ? "C" : "B", a.length, a.nodes.size());
-    }
-    SolveOptions capped = options;
-    capped.max_steps = 600;
-    capped.max_iterations = 12;
-    outcome.solution = solve(make_problem(scene, plan), unknowns(scene, plan), capped);
-    outcome.cost.add(Statistics{});
-    if (outcome.solution.solved()) return finish(Outcome::Status::solved, "");
-    why = outcome.solution.message;
-    if (std::getenv("TRACE")) fmt::print("{}\n", why);
-  }
-  return finish(Outcome::Status::failed, why);
-}
+Outcome solve_scene(const Scene& scene, const SolveOptions& options) { return SceneSolver(scene, options).run(); }
 
 }  // namespace costate::curvature

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 
 namespace costate::curvature {
@@ -78,7 +76,6 @@ class Transcription {
       ++result.iterations;
       derivatives();
       const double error = optimality(now);
-      if (std::getenv("TRACE") != nullptr) std::fprintf(stderr, "it %d err %.2e mu %.1e t %.8f miss %.2e shift %.1e pen %.1e\n", i, error, barrier_, now.time, now.miss.norm(), last_shift_, penalty_);
       if (error < std::max(10.0 * barrier_, 1e-8)) {
         if (barrier_ <= smallest_barrier) {
           result.converged = true;
@@ -98,9 +95,16 @@ class Transcription {
   static constexpr double first_barrier = 0.01, smallest_barrier = 1e-8;
 
   struct Values {
-    double time = 0.0;
-    Eigen::Vector2d miss{0.0, 0.0};
+    double time = 0.0, y = 0.0;
+    Eigen::VectorXd miss;  ///< of x and, unless the highest point is sought, y
   };
+
+  [[nodiscard]] bool highest() const { return options_.goal == Goal::highest; }
+  [[nodiscard]] Eigen::Index constraints() const { return highest() ? 1 : 2; }
+  /// The weight of time in the objective. Where height is sought, a little of it keeps the motion from creeping to its end for ever.
+  [[nodiscard]] double time_weight() const { return (highest() ? 1e-2 : 1.0) / reference_; }
+  [[nodiscard]] double height_weight() const { return highest() ? 1.0 / distance_ : 0.0; }
+  [[nodiscard]] double objective(const Values& v) const { return time_weight() * v.time - height_weight() * v.y; }
 
   [[nodiscard]] bool free_slope() const { return !scene_.slope; }
   [[nodiscard]] std::size_t first_eta() const { return free_slope() ? 2 : 1; }
@@ -125,11 +129,12 @@ class Transcription {
       log_v += s.log_v;
       theta = s.theta;
     }
-    r.miss = Eigen::Vector2d(x - scene_.x, y - scene_.y) / distance_;
+    r.y = y;
+    r.miss = (Eigen::Vector2d(x - scene_.x, y - scene_.y) / distance_).head(constraints());
     return r;
   }
 
-  /// Motion, gradients of time and miss, and the Hessian of the Lagrangian time/reference + ν·miss.
+  /// Motion, gradients of time and miss, and the Hessian of the Lagrangian objective + ν·miss.
   void derivatives() {
     const Eigen::Index n = u_.size();
     const double whole = std::exp(u_[0]);
@@ -163,8 +168,8 @@ class Transcription {
                         at.y + v * v * c.y.value.value, at.t + v * c.t.value.value};
       steps_.push_back(c);
     }
-    gradient_ = s.row(4).transpose() / reference_;
-    constraint_ = s.middleRows<2>(2) / distance_;
+    gradient_ = time_weight() * s.row(4).transpose() - height_weight() * s.row(3).transpose();
+    constraint_ = s.middleRows(2, constraints()) / distance_;
     // Least-squares multipliers at first, Newton's afterwards.
     if (multiplier_.size() == 0) {
       Eigen::VectorXd g = gradient_;
@@ -185,7 +190,8 @@ class Transcription {
     for (std::size_t k = cells_; k-- > 0;) {
       const Step<Second>& c = steps_[k];
       const double v = std::exp(motion_[k].log_v);
-      const double wx = multiplier_[0] / distance_ * v * v, wy = multiplier_[1] / distance_ * v * v, wt = v / reference_;
+      const double wx = multiplier_[0] / distance_ * v * v, wt = v * time_weight();
+      const double wy = v * v * (highest() ? -height_weight() : multiplier_[1] / distance_);
       const First fx = c.x.value * wx + c.y.value * wy, ft = c.t.value * wt;
       Eigen::Matrix<double, 5, 5> second;  // θ, η, η, length; ln v
       Eigen::Matrix<double, 5, 1> first;
@@ -233,7 +239,7 @@ class Transcription {
   [[nodiscard]] double merit(const Eigen::VectorXd& u, const Values& v, double penalty) const {
     double logs = 0.0;
     for (std::size_t i = 0; i < cells_; ++i) logs += weight_[i] * std::log(eta(u, i));
-    return v.time / reference_ - barrier_ * logs + penalty * v.miss.lpNorm<1>();
+    return objective(v) - barrier_ * logs + penalty * v.miss.lpNorm<1>();
   }
 
   /// One step of the primal–dual method. False where no step descends.
@@ -248,8 +254,9 @@ class Transcription {
     }
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(constraint_.transpose());
     const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(n, n);
-    const Eigen::MatrixXd range = q.leftCols(2), null = q.rightCols(n - 2);
-    const Eigen::Matrix2d r = qr.matrixQR().topLeftCorner<2, 2>().triangularView<Eigen::Upper>();
+    const Eigen::Index m = constraints();
+    const Eigen::MatrixXd range = q.leftCols(m), null = q.rightCols(n - m);
+    const Eigen::MatrixXd r = qr.matrixQR().topLeftCorner(m, m).triangularView<Eigen::Upper>();
     Eigen::VectorXd normal = range * r.transpose().triangularView<Eigen::Lower>().solve(-now.miss);
     // Far from the end point its linearisation is worth little.
     constexpr double longest = 1.0;
@@ -262,7 +269,7 @@ class Transcription {
     double shift = 0.0;
     const double size = std::max(1e-8, reduced.diagonal().cwiseAbs().maxCoeff());
     while (true) {
-      factor.compute(reduced + shift * Eigen::MatrixXd::Identity(n - 2, n - 2));
+      factor.compute(reduced + shift * Eigen::MatrixXd::Identity(n - m, n - m));
       if (factor.info() == Eigen::Success) break;
       shift = shift == 0.0 ? std::max(1e-8 * size, last_shift_ / 4.0) : 8.0 * shift;
       if (!(shift < 1e12 * size)) return false;
@@ -270,7 +277,7 @@ class Transcription {
     last_shift_ = shift;
     const Eigen::VectorXd direction = normal - null * factor.solve(slope);
     const Eigen::VectorXd force = -(g + h * direction + shift * (direction - normal));
-    const Eigen::Vector2d multiplier = r.triangularView<Eigen::Upper>().solve(range.transpose() * force);
+    const Eigen::VectorXd multiplier = r.triangularView<Eigen::Upper>().solve(range.transpose() * force);
 
     double primal = 1.0, dual = 1.0;
     const double keep = std::max(0.9, 1.0 - barrier_);
@@ -316,8 +323,11 @@ class Transcription {
   void fill(const Values& now, Transcribed& result) const {
     result.time = now.time;
     result.miss = now.miss.norm();
-    result.lambda_x = -multiplier_[0] * reference_ / distance_;
-    result.lambda_y = -multiplier_[1] * reference_ / distance_;
+    result.y = now.y;
+    if (multiplier_.size() == 2) {
+      result.lambda_x = -multiplier_[0] * reference_ / distance_;
+      result.lambda_y = -multiplier_[1] * reference_ / distance_;
+    }
     double tau = 0.0;
     for (std::size_t i = 0; i <= cells_; ++i) {
       if (i > 0) tau += share_[i - 1] * std::exp(u_[0]);
@@ -344,7 +354,7 @@ class Transcription {
   std::vector<Eigen::Matrix<double, 2, Eigen::Dynamic>> tangents_;
   std::vector<Eigen::Vector2d> adjoint_;
   Eigen::VectorXd gradient_;
-  Eigen::Matrix<double, 2, Eigen::Dynamic> constraint_;
+  Eigen::MatrixXd constraint_;
   Eigen::MatrixXd hessian_;
 };
 
@@ -377,49 +387,82 @@ void add_flights(const ScaledScene& scene, std::vector<ControlGuess>& found) {
 
 }  // namespace
 
-std::vector<ControlGuess> simple_controls(const ScaledScene& scene) {
-  constexpr double levels[] = {0.02, 0.3, 0.6, 0.9, 1.2, 1.7, 2.5, 4.0};
-  constexpr double slopes[] = {-1.5, -1.2, -0.9, -0.6, -0.3, 0.0, 0.4};
+namespace {
+
+/// η(τ) of a simple control.
+double level(double begin, double end, double tau) { return end + (begin - end) * std::exp(-tau); }
+
+/// Follows η falling or rising from `begin` to `end` within about one unit of τ, calls `at` with (τ, x, y) after every step, and stops
+/// where that says so or the bead has gone or stopped.
+template <class At>
+void try_control(const ScaledScene& scene, double slope, double begin, double end, const At& at) {
+  constexpr double length = 0.05, longest = 40.0, stopped = -12.0;
   const double distance = std::hypot(scene.x, scene.y);
+  double theta = slope, log_v = 0.0, x = 0.0, y = 0.0;
+  for (double tau = 0.0; tau < longest && log_v > stopped && x * x + y * y < 100.0 * distance * distance; tau += length) {
+    const auto s = step(theta, level(begin, end, tau), level(begin, end, tau + length), length, scene.mu, scene.beta);
+    const double v2 = std::exp(2.0 * log_v);
+    x += v2 * s.x;
+    y += v2 * s.y;
+    log_v += s.log_v;
+    theta = s.theta;
+    if (at(tau + length, x, y)) return;
+  }
+}
+
+/// All simple controls, each up to where `measure(x, y)` is least while `go_on(x, y)`; the least first.
+template <class Measure, class GoOn>
+std::vector<ControlGuess> simple_controls_by(const ScaledScene& scene, const Measure& measure, const GoOn& go_on) {
+  // cos of a slope is the η that holds the bead on it.
+  const double chord = scene.x / std::hypot(scene.x, scene.y);
+  const double levels[] = {0.02, 0.3, 0.6, 0.8, 0.9, chord, 0.97, 1.0, 1.05, 1.2, 1.7, 2.5, 4.0};
+  constexpr double slopes[] = {-1.5, -1.2, -0.9, -0.6, -0.3, 0.0, 0.4};
+  constexpr int points = 200;
   std::vector<ControlGuess> found;
-  if (!scene.slope) add_flights(scene, found);
   for (const double begin : levels) {
     for (const double end : levels) {
       for (const double slope : slopes) {
-        const double start = scene.slope ? *scene.slope : slope;
-        ControlGuess best{{}, {}, start, std::numeric_limits<double>::infinity()};
-        double theta = start, log_v = 0.0, x = 0.0, y = 0.0, length = 0.0;
-        constexpr double dt = 0.05, spread = 1.0;
-        for (double tau = 0.0; tau < 40.0 && x * x + y * y < 4.0 * distance * distance; tau += dt) {
-          const auto level = [&](double at) { return end + (begin - end) * std::exp(-at / spread); };
-          const auto s = step(theta, level(tau), level(tau + dt), dt, scene.mu, scene.beta);
-          const double v2 = std::exp(2.0 * log_v);
-          x += v2 * s.x;
-          y += v2 * s.y;
-          log_v += s.log_v;
-          theta = s.theta;
-          const double miss = std::hypot(x - scene.x, y - scene.y) / distance;
-          if (miss < best.miss) {
-            best.miss = miss;
-            length = tau + dt;
+        ControlGuess best{{}, {}, scene.slope.value_or(slope), std::numeric_limits<double>::infinity()};
+        double length = 0.0;
+        try_control(scene, best.slope, begin, end, [&](double tau, double x, double y) {
+          if (measure(x, y) < best.miss) {
+            best.miss = measure(x, y);
+            length = tau;
           }
-          if (log_v < -12.0) break;
+          return !go_on(x, y);
+        });
+        for (int i = 0; length > 0.0 && i <= points; ++i) {
+          best.tau.push_back(length * i / points);
+          best.eta.push_back(level(begin, end, best.tau.back()));
         }
-        if (length > 0.0) {
-          constexpr int points = 200;
-          for (int i = 0; i <= points; ++i) {
-            const double at = length * i / points;
-            best.tau.push_back(at);
-            best.eta.push_back(end + (begin - end) * std::exp(-at / spread));
-          }
-          found.push_back(best);
-        }
+        if (length > 0.0) found.push_back(std::move(best));
         if (scene.slope) break;
       }
     }
   }
   std::sort(found.begin(), found.end(), [](const ControlGuess& a, const ControlGuess& b) { return a.miss < b.miss; });
   return found;
+}
+
+}  // namespace
+
+std::vector<ControlGuess> simple_controls(const ScaledScene& scene) {
+  const double distance = std::hypot(scene.x, scene.y);
+  std::vector<ControlGuess> found;
+  if (!scene.slope) add_flights(scene, found);
+  const auto aimed = simple_controls_by(
+      scene, [&](double x, double y) { return std::hypot(x - scene.x, y - scene.y) / distance; },
+      [&](double x, double y) { return std::hypot(x, y) < 2.0 * distance; });
+  found.insert(found.end(), aimed.begin(), aimed.end());
+  return found;
+}
+
+std::vector<ControlGuess> high_controls(const ScaledScene& scene) {
+  // Up to where the end point's vertical is crossed, the highest first.
+  return simple_controls_by(
+      scene,
+      [&](double x, double y) { return x >= scene.x ? -y : std::numeric_limits<double>::infinity(); },
+      [&](double x, double) { return x < scene.x; });
 }
 
 Transcribed transcribe(const ScaledScene& scene, const ControlGuess& guess, const TranscriptionOptions& options) {

@@ -28,12 +28,19 @@ struct Transcribed {
   bool converged = false;
   std::vector<TranscribedNode> nodes;
   double time = 0.0;
+  double y = 0.0;  ///< where it ends
   double lambda_x = 0.0, lambda_y = 0.0;
   double miss = 0.0;  ///< distance left to the end point, as a fraction of its own
   int iterations = 0;
 };
 
+enum class Goal {
+  fastest,  ///< to the end point
+  highest,  ///< anywhere on the end point's vertical
+};
+
 struct TranscriptionOptions {
+  Goal goal = Goal::fastest;
   int cells = 40;
   int max_iterations = 150;
 };
@@ -48,7 +55,10 @@ struct ControlGuess {
 /// Simple controls (η piecewise linear in τ) that come nearest to the end point, the nearest first.
 [[nodiscard]] std::vector<ControlGuess> simple_controls(const ScaledScene& scene);
 
-/// The fastest motion with η ≥ 0 piecewise linear on cells of τ.
+/// Simple controls that reach the end point's vertical, the highest first.
+[[nodiscard]] std::vector<ControlGuess> high_controls(const ScaledScene& scene);
+
+/// The fastest (or highest) motion with η ≥ 0 piecewise linear on cells of τ.
 ///
 /// In τ, dt = v dτ, the scene has no scale of its own: θ' = η − cos θ, (ln v)' = k(η) − sin θ, however small v₀ is beside v_f. The
 /// unknowns are the η at the nodes, the length in τ and, if free, θ(0); the motion follows from them, stably, so the problem has
