@@ -1,14 +1,14 @@
 #include "curvature/curvature_scene.hpp"
 
+#include "bead/cycloid_outcome.hpp"
 #include "curvature/plan.hpp"
 #include "curvature/reach.hpp"
 #include "curvature/transcription.hpp"
 
-#include <costate/error.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 
 namespace costate::curvature {
 
@@ -24,89 +24,108 @@ ScaledScene scaled(const Scene& scene) {
 /// Refines a transcribed motion on two finer grids, each fitted to the one before. Nothing if it does not converge.
 std::optional<Transcribed> refined(const ScaledScene& scene, Transcribed motion) {
   for (const int cells : {60, 80}) {
-    if (!motion.converged) return std::nullopt;
     motion = transcribe(scene, regrid(motion, cells), {.cells = cells});
+    if (!motion.converged) return std::nullopt;
   }
-  return motion.converged ? std::optional(std::move(motion)) : std::nullopt;
+  return motion;
 }
 
-/// The highest motion to the end point's vertical that the transcription finds.
-std::optional<Transcribed> highest_motion(const ScaledScene& scene) {
-  constexpr std::size_t tries = 4;
-  const std::vector<ControlGuess> guesses = high_controls(scene);
-  std::optional<Transcribed> best;
-  for (std::size_t i = 0; i < std::min(tries, guesses.size()); ++i) {
-    Transcribed motion = transcribe(scene, guesses[i], {.goal = Goal::highest});
-    if (motion.converged && (!best || motion.y > best->y)) best = std::move(motion);
+/// Different local minima of the transcribed scene, the fastest first.
+std::vector<Transcribed> local_minima(const ScaledScene& scene) {
+  constexpr std::size_t tries = 8;
+  constexpr double same = 1e-4;
+  std::vector<Transcribed> found;
+  const auto add = [&](const ControlGuess& guess) {
+    Transcribed motion = transcribe(scene, guess, {});
+    const bool known = std::any_of(found.begin(), found.end(),
+                                   [&](const Transcribed& f) { return std::abs(f.time - motion.time) < same * f.time; });
+    if (motion.converged && !known) found.push_back(std::move(motion));
+  };
+  const std::vector<ControlGuess> aimed = simple_controls(scene);
+  for (std::size_t i = 0; i < std::min(tries, aimed.size()); ++i) add(aimed[i]);
+  if (found.empty()) {
+    // Where the reach is barely enough, the highest motion leaves the most to spare.
+    const std::vector<ControlGuess> high = high_controls(scene);
+    for (std::size_t i = 0; found.empty() && i < std::min(tries, high.size()); ++i) {
+      const Transcribed highest = transcribe(scene, high[i], {.goal = Goal::highest});
+      if (highest.converged && highest.y > scene.y) add(regrid(highest, TranscriptionOptions{}.cells));
+    }
   }
-  return best;
+  std::sort(found.begin(), found.end(), [](const Transcribed& a, const Transcribed& b) { return a.time < b.time; });
+  return found;
 }
 
-class SceneSolver {
- public:
-  SceneSolver(const Scene& scene, const SolveOptions& options) : scene_(scene), scaled_(scaled(scene)), options_(options) {
-    options_.max_steps = 600;
-    options_.max_iterations = 12;
-  }
+/// Height of the free flight that starts with the scene's slope, on the end point's vertical.
+std::optional<double> flight_height(const Scene& scene) {
+  if (!scene.slope || !(std::abs(*scene.slope) < std::numbers::pi / 2)) return std::nullopt;
+  const double across = scene.x / (scene.speed * std::cos(*scene.slope));
+  return scene.x * std::tan(*scene.slope) - 0.5 * scene.gravity * across * across;
+}
 
-  Outcome run() {
-    const double began = thread_seconds();
-    search();
-    outcome_.cost.seconds = thread_seconds() - began;
-    return std::move(outcome_);
-  }
-
- private:
-  void search() {
-    constexpr std::size_t tries = 6;
-    const double unit = scene_.speed * scene_.speed / scene_.gravity;
-    const double bound = reach_bound(scaled_);
-    if (!(scaled_.y < bound)) {
-      outcome_.status = Outcome::Status::infeasible;
-      outcome_.message = fmt::format("bound {} {}", scene_.y, bound * unit);
+void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
+  // A plan is close to its solution: an iterate that needs more than this has lost it.
+  options.max_steps = 600;
+  options.max_iterations = 12;
+  constexpr double growth = 4.0;
+  constexpr int attempts = 3;
+  const ScaledScene units = scaled(scene);
+  std::string why;
+  int tried = 0;
+  for (const Transcribed& coarse : local_minima(units)) {
+    const std::optional<Transcribed> motion = refined(units, coarse);
+    if (!motion) continue;
+    const Plan plan = make_plan(units, *motion, growth);
+    Shooting shooting(make_problem(scene, plan));
+    Solution solution = solve(shooting, unknowns(scene, plan), options);
+    outcome.cost.add(shooting.statistics());
+    outcome.cost.newton_iterations += solution.cost.newton_iterations;
+    if (solution.solved()) {
+      outcome.solution = std::move(solution);
+      outcome.status = Outcome::Status::solved;
       return;
     }
-    const std::vector<ControlGuess> guesses = simple_controls(scaled_);
-    for (std::size_t i = 0; i < std::min(tries, guesses.size()); ++i) {
-      if (solve_from(transcribe(scaled_, guesses[i], {}))) return;
-    }
-    const std::optional<Transcribed> highest = highest_motion(scaled_);
-    if (highest) {
-      const double length = scene_.speed * scene_.speed / scene_.gravity;
-      constexpr double margin = 2e-3;
-      outcome_.limits = {{"y_max", "m", highest->y * length}};
-      if (highest->y < scaled_.y - margin * std::hypot(scaled_.x, scaled_.y)) {
-        outcome_.status = Outcome::Status::infeasible;
-        outcome_.message = fmt::format("out of reach {} bound {} {}", scene_.y, bound*length, highest->y * length);
-        return;
-      }
-      if (solve_from(transcribe(scaled_, regrid(*highest, 40), {}))) return;
-    }
-    outcome_.status = Outcome::Status::failed;
-    outcome_.message = why_ + (highest? fmt::format(" bound {} highest {}", bound * unit, highest->y* scene_.speed * scene_.speed / scene_.gravity):fmt::format(" bound {} none highest",bound*unit));
+    if (why.empty()) why = solution.message;
+    if (++tried == attempts) break;
   }
-
-  /// Solves the scene from an estimate. False if that does not lead to a solution.
-  bool solve_from(const Transcribed& estimate) {
-    const std::optional<Transcribed> motion = refined(scaled_, estimate);
-    if (!motion) return false;
-    const Plan plan = make_plan(scaled_, *motion, 4.0);
-    outcome_.solution = solve(make_problem(scene_, plan), unknowns(scene_, plan), options_);
-    why_ = outcome_.solution.message;
-    if (!outcome_.solution.solved()) return false;
-    outcome_.status = Outcome::Status::solved;
-    return true;
-  }
-
-  Scene scene_;
-  ScaledScene scaled_;
-  SolveOptions options_;
-  Outcome outcome_;
-  std::string why_ = "no motion found";
-};
+  outcome.status = Outcome::Status::failed;
+  outcome.message = why;
+  if (!why.empty()) return;
+  const std::optional<double> flight = flight_height(scene);
+  outcome.message = flight && scene.y < *flight
+                        ? fmt::format("no motion to the end point was found: y = {:g} m lies below the free flight with the given slope, "
+                                      "{:.6g} m, so the bead would have to brake first; try a steeper slope or --slope free",
+                                      scene.y, *flight)
+                        : fmt::format("no motion to the end point was found, though y = {:g} m is not shown to be out of reach; "
+                                      "try a lower end point or less friction",
+                                      scene.y);
+}
 
 }  // namespace
 
-Outcome solve_scene(const Scene& scene, const SolveOptions& options) { return SceneSolver(scene, options).run(); }
+Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
+  const double began = thread_seconds();
+  Outcome outcome;
+  const double unit = scene.speed * scene.speed / scene.gravity;
+  if (scene.beta >= 0.0) {
+    if (scene.beta == 0.0 && scene.mu == 0.0 && !scene.slope) {
+      return bead::cycloid_outcome(scene.x, scene.y, scene.speed, scene.gravity);
+    }
+    outcome.status = Outcome::Status::infeasible;
+    outcome.limits = {{"beta_max", "s^4/m^2", 0.0}};
+    outcome.message = fmt::format(
+        "beta = {:g} s^4/m^2 has no minimum: Legendre-Clebsch, 6 beta h lambda_v v^2 <= 0 with h, lambda_v, v > 0, needs beta < 0; {}",
+        scene.beta, scene.beta > 0.0 ? "with beta > 0 ever sharper turns are ever faster" : "with beta = 0 the wire may turn at once");
+  } else if (const double highest = reach_bound(scaled(scene)) * unit; !(scene.y < highest)) {
+    outcome.status = Outcome::Status::infeasible;
+    outcome.limits = {{"y_max", "m", highest}};
+    outcome.message = fmt::format("y = {:g} m is out of reach: with this speed and friction no bead rises to y_max = {:.12g} m at x = {:g} m",
+                                  scene.y, highest, scene.x);
+  } else {
+    outcome.limits = {{"y_max", "m", highest}};
+    search(scene, options, outcome);
+  }
+  outcome.cost.seconds = thread_seconds() - began;
+  return outcome;
+}
 
 }  // namespace costate::curvature
