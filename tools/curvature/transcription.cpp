@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace costate::curvature {
 
@@ -328,11 +329,13 @@ class Transcription {
       result.lambda_x = -multiplier_[0] * reference_ / distance_;
       result.lambda_y = -multiplier_[1] * reference_ / distance_;
     }
+    // A free slope may have been found a whole turn away: the same motion.
+    const double turns = free_slope() ? 2.0 * std::numbers::pi * std::round(u_[1] / (2.0 * std::numbers::pi)) : 0.0;
     double tau = 0.0;
     for (std::size_t i = 0; i <= cells_; ++i) {
       if (i > 0) tau += share_[i - 1] * std::exp(u_[0]);
       const std::size_t own = std::min(i, cells_ - 1);
-      result.nodes.push_back({tau, motion_[i].t, motion_[i].theta, motion_[i].log_v, eta(u_, own), -adjoint_[i][1] * reference_,
+      result.nodes.push_back({tau, motion_[i].t, motion_[i].theta - turns, motion_[i].log_v, eta(u_, own), -adjoint_[i][1] * reference_,
                               -adjoint_[i][0] * reference_, bound_[static_cast<Eigen::Index>(own)]});
     }
   }
