@@ -6,7 +6,9 @@
 #include "curvature/transcription.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <fmt/format.h>
 #include <numbers>
 
@@ -21,38 +23,58 @@ ScaledScene scaled(const Scene& scene) {
   return {scene.x / length, scene.y / length, scene.slope, scene.mu, scene.beta * scene.gravity * scene.gravity};
 }
 
-/// Refines a transcribed motion on two finer grids, each fitted to the one before. Nothing if it does not converge.
-std::optional<Transcribed> refined(const ScaledScene& scene, Transcribed motion) {
-  for (const int cells : {60, 80}) {
-    motion = transcribe(scene, regrid(motion, cells), {.cells = cells});
-    if (!motion.converged) return std::nullopt;
+/// Refines a transcribed motion on finer grids, each fitted to the one before. Nothing if that does not converge.
+std::optional<Transcribed> refined(const ScaledScene& scene, const Transcribed& coarse) {
+  // On one grid in twenty Newton's method loses its way; another then serves.
+  for (const std::array<int, 2> cells : {std::array{60, 80}, std::array{80, 100}, std::array{50, 70}}) {
+    Transcribed motion = transcribe(scene, regrid(coarse, cells[0]), {.cells = cells[0]});
+    if (motion.converged) motion = transcribe(scene, regrid(motion, cells[1]), {.cells = cells[1]});
+    if (motion.converged) return motion;
   }
-  return motion;
+  return std::nullopt;
 }
 
-/// Different local minima of the transcribed scene, the fastest first.
-std::vector<Transcribed> local_minima(const ScaledScene& scene) {
-  constexpr std::size_t tries = 8;
+/// What the direct method makes of a scene.
+struct Survey {
+  std::vector<Transcribed> minima;  ///< different local minima of the time, the fastest first
+  /// Height of the highest motion to the end point's vertical, if none to the end point was found and several starts agree on it.
+  std::optional<double> highest;
+};
+
+Survey survey(const ScaledScene& scene) {
+  constexpr std::size_t tries = 24, high_tries = 8;
+  constexpr int enough = 4;
   constexpr double same = 1e-4;
-  std::vector<Transcribed> found;
+  Survey result;
+  int converged = 0;
   const auto add = [&](const ControlGuess& guess) {
     Transcribed motion = transcribe(scene, guess, {});
-    const bool known = std::any_of(found.begin(), found.end(),
+    if (!motion.converged) return;
+    ++converged;
+    const bool known = std::any_of(result.minima.begin(), result.minima.end(),
                                    [&](const Transcribed& f) { return std::abs(f.time - motion.time) < same * f.time; });
-    if (motion.converged && !known) found.push_back(std::move(motion));
+    if (!known) result.minima.push_back(std::move(motion));
   };
   const std::vector<ControlGuess> aimed = simple_controls(scene);
-  for (std::size_t i = 0; i < std::min(tries, aimed.size()); ++i) add(aimed[i]);
-  if (found.empty()) {
+  for (std::size_t i = 0; converged < enough && i < std::min(tries, aimed.size()); ++i) add(aimed[i]);
+  if (result.minima.empty()) {
     // Where the reach is barely enough, the highest motion leaves the most to spare.
+    const double size = std::hypot(scene.x, scene.y);
+    double best = -std::numeric_limits<double>::infinity();
+    int agreeing = 0;
     const std::vector<ControlGuess> high = high_controls(scene);
-    for (std::size_t i = 0; found.empty() && i < std::min(tries, high.size()); ++i) {
-      const Transcribed highest = transcribe(scene, high[i], {.goal = Goal::highest});
-      if (highest.converged && highest.y > scene.y) add(regrid(highest, TranscriptionOptions{}.cells));
+    for (std::size_t i = 0; result.minima.empty() && i < std::min(high_tries, high.size()); ++i) {
+      const Transcribed motion = transcribe(scene, high[i], {.goal = Goal::highest});
+      if (!motion.converged) continue;
+      if (motion.y > scene.y) add(regrid(motion, TranscriptionOptions{}.cells));
+      if (motion.y > best + same * size) agreeing = 0;
+      if (motion.y > best - same * size) ++agreeing;
+      best = std::max(best, motion.y);
     }
+    if (agreeing >= 3) result.highest = best;
   }
-  std::sort(found.begin(), found.end(), [](const Transcribed& a, const Transcribed& b) { return a.time < b.time; });
-  return found;
+  std::sort(result.minima.begin(), result.minima.end(), [](const Transcribed& a, const Transcribed& b) { return a.time < b.time; });
+  return result;
 }
 
 /// Height of the free flight that starts with the scene's slope, on the end point's vertical.
@@ -64,14 +86,15 @@ std::optional<double> flight_height(const Scene& scene) {
 
 void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
   // A plan is close to its solution: an iterate that needs more than this has lost it.
-  options.max_steps = 600;
+  options.max_steps = 1000;
   options.max_iterations = 12;
   constexpr double growth = 4.0;
   constexpr int attempts = 3;
   const ScaledScene units = scaled(scene);
   std::string why;
   int tried = 0;
-  for (const Transcribed& coarse : local_minima(units)) {
+  const Survey found = survey(units);
+  for (const Transcribed& coarse : found.minima) {
     const std::optional<Transcribed> motion = refined(units, coarse);
     if (!motion) continue;
     const Plan plan = make_plan(units, *motion, growth);
@@ -90,6 +113,17 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
   outcome.status = Outcome::Status::failed;
   outcome.message = why;
   if (!why.empty()) return;
+  // The height is that of a grid, and weighs a little time against it.
+  constexpr double margin = 0.02;
+  if (found.highest && *found.highest + margin * std::hypot(units.x, units.y) < units.y) {
+    const double highest = *found.highest * scene.speed * scene.speed / scene.gravity;
+    outcome.status = Outcome::Status::infeasible;
+    outcome.limits.push_back({"y_highest", "m", highest});
+    outcome.message = fmt::format("y = {:g} m is out of reach: the highest motion to x = {:g} m, on which several starts of the search "
+                                  "agree, ends at y_highest = {:.5g} m",
+                                  scene.y, scene.x, highest);
+    return;
+  }
   const std::optional<double> flight = flight_height(scene);
   outcome.message = flight && scene.y < *flight
                         ? fmt::format("no motion to the end point was found: y = {:g} m lies below the free flight with the given slope, "
