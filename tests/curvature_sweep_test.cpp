@@ -113,8 +113,8 @@ TEST(CurvatureSweep, RandomScenesAreSolvedOrOutOfReach) {
   }
   for (const auto& [kind, n] : count) fmt::print("{:4} {}\n", n, kind);
   fmt::print("{:4} failed of {}; worst defect {:.1e}; slowest {:.2f} s\n", failed, scenes, worst, slowest);
-  // Nearly vertical, slow starts are where it fails: see the table.
-  EXPECT_LE(failed, std::max(2, scenes * 3 / 100));
+  // Where it fails: long falls that end in contact on a nearly vertical wire, and end points at the very border of the reach.
+  EXPECT_LE(failed, std::max(1, scenes * 3 / 200));
 }
 
 }  // namespace

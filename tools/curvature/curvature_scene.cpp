@@ -89,26 +89,33 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
   options.max_steps = 1000;
   options.max_iterations = 12;
   constexpr double growth = 4.0;
-  constexpr int attempts = 3;
+  constexpr int attempts = 2;
+  constexpr long patience = 20;  // Newton iterations: more would take seconds
   const ScaledScene units = scaled(scene);
   std::string why;
   int tried = 0;
   const Survey found = survey(units);
-  for (const Transcribed& coarse : found.minima) {
-    const std::optional<Transcribed> motion = refined(units, coarse);
-    if (!motion) continue;
-    const Plan plan = make_plan(units, *motion, growth);
+  const auto solved_from = [&](const Transcribed& motion) {
+    const Plan plan = make_plan(units, motion, growth);
     Shooting shooting(make_problem(scene, plan));
     Solution solution = solve(shooting, unknowns(scene, plan), options);
     outcome.cost.add(shooting.statistics());
     outcome.cost.newton_iterations += solution.cost.newton_iterations;
-    if (solution.solved()) {
-      outcome.solution = std::move(solution);
-      outcome.status = Outcome::Status::solved;
-      return;
-    }
     if (why.empty()) why = solution.message;
-    if (++tried == attempts) break;
+    if (!solution.solved()) return false;
+    outcome.solution = std::move(solution);
+    outcome.status = Outcome::Status::solved;
+    return true;
+  };
+  for (const Transcribed& coarse : found.minima) {
+    std::optional<Transcribed> motion = refined(units, coarse);
+    if (!motion) continue;
+    if (solved_from(*motion)) return;
+    // A nearly vertical contact arc has a tiny η that hangs on the last digits of θ.
+    constexpr int many = 200;
+    *motion = transcribe(units, regrid(*motion, many), {.cells = many});
+    if (motion->converged && solved_from(*motion)) return;
+    if (++tried == attempts || outcome.cost.newton_iterations > patience) break;
   }
   outcome.status = Outcome::Status::failed;
   outcome.message = why;

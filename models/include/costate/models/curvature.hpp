@@ -157,19 +157,21 @@ enum ScenePlace : std::size_t { x_place, y_place, speed_place, mu_place, beta_pl
 
 /// The shooting problem of a scene for the structure of a plan.
 ///
-/// Everything is integrated backward from the end, where H = 0 and λv = λθ = 0 give B = 1/v_f, and regularity B_θ = −K'(η_f) B: there
-/// backward integration damps what it would amplify forward. Unknowns: θ_f; η_f (contact) or B_θ/B (ballistic); ln(v_f/v₀);
-/// the lengths of the arcs; and the states (θ, η, n) at the nodes, with rows of continuity. Speed and place at the nodes are no unknowns: the motion
-/// has no scale of its own, so each segment is scaled by where the chain has come. The ratio of speeds is one all the same: the end
-/// of the motion then makes its length, and what happened before in a small scale enters through a logarithm. Rows at the start: x, y, ln v, and θ(0) (if free,
-/// λθ(0) = 0; where a contact arc comes first, which is so without friction, η(0) = 0); at each junction h = 0, or λθ = μ λv v if the
-/// ballistic arc is the later one.
+/// The chain is integrated backward from the end, where H = 0 and λv = λθ = 0 give B = 1/v_f, and regularity B_θ = −K'(η_f) B:
+/// there backward integration damps what it would amplify forward. Unknowns: θ_f; η_f (contact) or B_θ/B (ballistic); ln(v_f/v₀);
+/// the lengths of the arcs; θ(0), if it is free and the first arc ballistic; and the states (θ, η, n) at the nodes, with rows of
+/// continuity. Speed and place at the nodes are no unknowns: the motion has no scale of its own, so each segment is scaled by where
+/// the chain has come. The ratio of speeds is one all the same: the end of the motion then makes its length, and what happened before
+/// in a small scale enters through a logarithm. A first ballistic arc is computed from the start, and the chain must meet it in
+/// ln v and θ; else these rows are set at the start (a contact arc first with a free slope, which is so without friction, has
+/// η(0) = 0). Further rows: the end point; λθ(0) = 0 where the slope is free; at each junction h = 0, or λθ = μ λv v if the ballistic
+/// arc is the later one.
 ///
 /// Reports: t1, t2, … (junctions), final_time, lambda_x, lambda_y, lambda_v0, lambda_theta0, h0, theta1, theta2, v_f.
 /// \throws BadInput if the structure cannot be (empty, or two neighbouring arcs of one kind).
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Plan& plan);
 
-/// The unknowns that a plan estimates, in the order of its problem.
+/// The unknowns that a plan estimates, in the order of the scene's problem.
 [[nodiscard]] Eigen::VectorXd unknowns(const Scene& scene, const Plan& plan);
 
 /// Parameter values of a scene, as the problem orders them.
