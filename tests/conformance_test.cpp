@@ -2,6 +2,7 @@
 #include "conformance.hpp"
 
 #include <costate/models/coulomb.hpp>
+#include <costate/models/curvature.hpp>
 #include <costate/models/disk.hpp>
 #include <costate/models/drag.hpp>
 #include <costate/models/normal_friction.hpp>
@@ -28,6 +29,11 @@ std::vector<Vec<double, 1>> slopes(const Vec<double, 3>&, const Vec<double, 2>&)
   return grid(-std::numbers::pi / 2, std::numbers::pi / 2);
 }
 
+/// Turning rates at which the bead stays on its wire.
+std::vector<Vec<double, 1>> on_the_wire(const Vec<double, 4>& q, const Vec<double, 3>& p) {
+  return grid(-p[2] * std::cos(q[3]) / q[2], 20.0);
+}
+
 #define CONFORMS(name, ...) \
   TEST(Conformance, name) { conforms(Specimen __VA_ARGS__); }
 
@@ -36,6 +42,8 @@ CONFORMS(DiskSaturated, <disk::LimitedRolling, disk::LimitingFriction>{{0.0, 0.0
 CONFORMS(Coulomb, <coulomb::SlidingBead, coulomb::FastestSlope>{{0.0, 0.0, 1.2}, {0.24, 0.06, 0.1}, {0.1, 9.81}, 0.2, slopes})
 CONFORMS(NormalFriction, <normal_friction::Bead, normal_friction::BestSlope>{{0.0, 0.0, 2.0}, {0.21, 0.04, 0.11}, {0.3, -0.001, 9.8}, 0.5, angles})
 CONFORMS(Drag, <drag::Bead, drag::FastestSlope>{{0.0, 0.0, 2.0}, {0.19, 0.25, 0.16}, {0.3, 0.004, 9.8}, 0.8, angles})
+CONFORMS(CurvatureContact, <curvature::Bead, curvature::Contact>{{0.0, 0.0, 2.0, -1.0}, {0.262, 0.13, 0.132, 0.089}, {0.2, -0.001, 9.8}, 0.5, on_the_wire})
+CONFORMS(CurvatureFlight, <curvature::Bead, curvature::Ballistic>{{0.0, 0.0, 2.0, -0.4}, {0.25, 0.1, 0.16, 0.0}, {0.2, -0.001, 9.8}, 0.07, on_the_wire})
 
 }  // namespace
 }  // namespace costate::test

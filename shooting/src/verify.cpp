@@ -40,7 +40,10 @@ std::vector<ArcTrace> trace(Shooting& shooting, const Shot& shot) {
     arc.begin -= first;
     arc.end -= first;
   }
-  std::sort(traces.begin(), traces.end(), [](const ArcTrace& a, const ArcTrace& b) { return a.record.arc < b.record.arc; });
+  // An arc may have been integrated in several pieces.
+  std::sort(traces.begin(), traces.end(), [](const ArcTrace& a, const ArcTrace& b) {
+    return std::tie(a.record.arc, a.begin) < std::tie(b.record.arc, b.begin);
+  });
   return traces;
 }
 

@@ -44,7 +44,7 @@ CommandLine::CommandLine(const std::string& tool, const std::string& description
 }
 
 CommandLine::Number& CommandLine::add(const std::string& flag, const Range& range, const std::string& help) {
-  numbers_.push_back(std::make_unique<Number>(Number{flag, "", nullptr, range, {}}));
+  numbers_.push_back(std::make_unique<Number>(Number{flag, "", nullptr, range, {}, {}, {}}));
   Number& number = *numbers_.back();
   number.option = app_.add_option(flag, number.text, help)->type_name(range.unit.empty() ? "NUMBER" : range.unit);
   return number;
@@ -66,6 +66,16 @@ void CommandLine::choice(const std::string& flag, std::string& target, const std
   choices_.push_back({flag, &target, words});
 }
 
+void CommandLine::number_or(const std::string& flag, std::optional<double>& target, Range range, const std::string& word,
+                            const std::string& help) {
+  range.unit = fmt::format("{} or {}", range.unit, word);
+  const std::string given = target ? fmt::format("{:.12g}", *target) : word;
+  Number& number = add(flag, range, fmt::format("{} [{}]; {}", help, given, range.describe()));
+  number.store = [&target](double v) { target = v; };
+  number.word = word;
+  number.store_word = [&target] { target.reset(); };
+}
+
 void CommandLine::toggle(const std::string& flag, bool& target, const std::string& help) { app_.add_flag(flag, target, help); }
 
 void CommandLine::solver_flags() {
@@ -78,7 +88,12 @@ void CommandLine::solver_flags() {
 
 void CommandLine::store_numbers() {
   for (const auto& number : numbers_) {
-    if (number->option->count() > 0) number->store(parse_number(number->flag, number->text, number->range));
+    if (number->option->count() == 0) continue;
+    if (!number->word.empty() && number->text == number->word) {
+      number->store_word();
+    } else {
+      number->store(parse_number(number->flag, number->text, number->range));
+    }
   }
 }
 

@@ -37,6 +37,9 @@ class CommandLine {
   void number(const std::string& flag, std::optional<double>& target, const Range& range, const std::string& help);
   /// One of several words.
   void choice(const std::string& flag, std::string& target, const std::vector<std::string>& words, const std::string& help);
+  /// A number with a default, or a word instead of it: then the target is emptied.
+  void number_or(const std::string& flag, std::optional<double>& target, Range range, const std::string& word,
+                 const std::string& help);
   /// A switch.
   void toggle(const std::string& flag, bool& target, const std::string& help);
   /// Text after the list of flags in --help.
@@ -60,6 +63,8 @@ class CommandLine {
     CLI::Option* option = nullptr;
     Range range;
     std::function<void(double)> store;
+    std::string word{};  ///< admitted in place of a number, if any
+    std::function<void()> store_word{};
   };
   struct Choice {
     std::string flag;
