@@ -44,8 +44,9 @@ double defect(const Scene& scene, const Solution& solution) {
   double worst = 0.0;
   const State start = column(solution.at(0.0)), end = column(solution.at(T));
   const double distance = std::hypot(scene.x, scene.y);
-  for (const double d : {(end[0] - scene.x) / distance, (end[1] - scene.y) / distance, start[0] / distance, start[1] / distance,
-                         start[2] / scene.speed - 1.0, scene.slope ? start[3] - *scene.slope : start[5] / T, end[5] / T}) {
+  for (const double d :
+       {(end[0] - scene.x) / distance, (end[1] - scene.y) / distance, start[0] / distance, start[1] / distance,
+        start[2] / scene.speed - 1.0, scene.slope ? start[3] - *scene.slope : start[5] / T, end[5] / T}) {
     worst = std::max(worst, std::abs(d));
   }
   constexpr int cells = 6;
@@ -65,8 +66,7 @@ double defect(const Scene& scene, const Solution& solution) {
                    -g * sine + K,
                    u,
                    -(lambda_x * cosine + lambda_y * sine + (lambda_v * slope + nu) * u),
-                   lambda_x * v * sine - lambda_y * v * cosine + lambda_v * g * cosine +
-                       (lambda_v * slope + nu) * g * sine};
+                   lambda_x * v * sine - lambda_y * v * cosine + lambda_v * g * cosine + (lambda_v * slope + nu) * g * sine};
     };
     // At the very end of a contact arc the law is 0/0, and at its junction with a flight h is a square root.
     const int last = i + 1 == solution.arcs.size() ? cells - 1 : cells;
@@ -75,7 +75,11 @@ double defect(const Scene& scene, const Solution& solution) {
       const double to = std::lerp(arc.begin, arc.end, (j + 1.0 - (j + 1 == cells ? 0.05 : 0.0)) / cells);
       const State begin = column(solution.at(from)), expected = column(solution.at(to));
       const State found = runge_kutta<6>(rates, from, to, begin, 1e-10);
-      const double scales[] = {distance, distance, std::max(begin[2], scene.speed), 1.0, std::abs(begin[4]) + 1e-3 * T / begin[2],
+      const double scales[] = {distance,
+                               distance,
+                               std::max(begin[2], scene.speed),
+                               1.0,
+                               std::abs(begin[4]) + 1e-3 * T / begin[2],
                                std::abs(begin[5]) + 1e-3 * T};
       for (std::size_t k = 0; k < 6; ++k) worst = std::max(worst, std::abs(found[k] - expected[k]) / scales[k]);
     }
@@ -92,8 +96,9 @@ TEST(CurvatureSweep, RandomScenesAreSolvedOrOutOfReach) {
   std::map<std::string, int> count;
   for (int i = 0; i < scenes; ++i) {
     const Scene scene = draw(random);
-    const std::string text = fmt::format("{:3} a {:.4g} b {:.4g} v0 {:.4g} slope {} mu {:.3g} beta {:.3g}", i, scene.x, scene.y, scene.speed,
-                                         scene.slope ? fmt::format("{:.3g}", *scene.slope) : "free", scene.mu, scene.beta);
+    const std::string text = fmt::format("{:3} a {:.4g} b {:.4g} v0 {:.4g} slope {} mu {:.3g} beta {:.3g}", i, scene.x,
+                                         scene.y, scene.speed, scene.slope ? fmt::format("{:.3g}", *scene.slope) : "free",
+                                         scene.mu, scene.beta);
     const Outcome outcome = curvature::solve_scene(scene, {.accuracy = 1e-7});
     slowest = std::max(slowest, outcome.cost.seconds);
     if (outcome.solved()) {

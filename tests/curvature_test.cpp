@@ -29,9 +29,10 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 std::vector<Case> cases() {
   std::ifstream file(std::string(COSTATE_REFERENCE_DIR) + "/nonlinear_friction.json");
-  const std::pair<const char*, const char*> fields[] = {
-      {"T", "final_time"},  {"theta1", "theta1"}, {"theta2", "theta2"},   {"vf", "v_f"},            {"h0", "h0"},
-      {"lx", "lambda_x"},   {"ly", "lambda_y"},   {"lv0", "lambda_v0"},   {"lth0", "lambda_theta0"}, {"t1", "t1"}};
+  const std::pair<const char*, const char*> fields[] = {{"T", "final_time"}, {"theta1", "theta1"}, {"theta2", "theta2"},
+                                                        {"vf", "v_f"},       {"h0", "h0"},         {"lx", "lambda_x"},
+                                                        {"ly", "lambda_y"},  {"lv0", "lambda_v0"}, {"lth0", "lambda_theta0"},
+                                                        {"t1", "t1"}};
   std::vector<Case> all;
   const auto data = nlohmann::json::parse(file);
   for (const auto& entry : data.at("cases")) {
@@ -137,7 +138,8 @@ TEST(Curvature, JacobianAgreesWithDifferences) {
       const Eigen::VectorXd difference = (above - below) / (2.0 * h);
       // h²/6 times third derivatives (up to 1e3 times the first), and the integrations' 1e-12 over h.
       const double tolerance = (1e3 * h * h + 1e-7) * std::max(1.0, exact.col(j).cwiseAbs().maxCoeff());
-      EXPECT_LT((difference - exact.col(j)).cwiseAbs().maxCoeff(), tolerance) << shooting.problem().unknowns()[static_cast<std::size_t>(j)].name;
+      EXPECT_LT((difference - exact.col(j)).cwiseAbs().maxCoeff(), tolerance)
+          << shooting.problem().unknowns()[static_cast<std::size_t>(j)].name;
     }
   }
 }
@@ -150,8 +152,9 @@ TEST(Curvature, InvariantUnderScaling) {
   for (const double c : {1e-2, 3.0}) {
     for (const double gamma : {0.165, 30.0}) {
       const double length = c * c / gamma, time = c / gamma;
-      const Scene scene{plain.x * length, plain.y * length, plain.speed * c,          plain.slope,
-                        plain.mu,         plain.beta / (gamma * gamma), plain.gravity * gamma};
+      const Scene scene{plain.x * length,     plain.y * length, plain.speed * c,
+                        plain.slope,          plain.mu,         plain.beta / (gamma * gamma),
+                        plain.gravity * gamma};
       const Outcome outcome = curvature::solve_scene(scene, {.accuracy = 1e-10});
       ASSERT_TRUE(outcome.solved()) << outcome.message;
       EXPECT_NEAR(outcome["final_time"].value / time, one["final_time"].value, 1e-8);

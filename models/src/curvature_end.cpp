@@ -109,7 +109,8 @@ double reach_of(const Series& series, double size) {
   for (std::size_t j : {series.size() - 2, series.size() - 1}) {
     const double last = std::abs(series[j].value);
     if (last == 0.0) continue;
-    reach = std::min(reach, std::pow(0.1 * std::numeric_limits<double>::epsilon() * size / last, 1.0 / static_cast<double>(j)));
+    reach = std::min(reach,
+                     std::pow(0.1 * std::numeric_limits<double>::epsilon() * size / last, 1.0 / static_cast<double>(j)));
   }
   return reach;
 }
@@ -132,7 +133,8 @@ Jet EndArc::at(Series series, double s) const {
 
 EndArc end_arc(const Jet& theta, const Jet& eta, const Jet& mu, const Jet& beta) {
   if (!(eta.value > 0.0)) {
-    throw LeftDomain(fmt::format("the normal force at the end of the last contact arc is {:.3g} g: it must be positive", eta.value));
+    throw LeftDomain(
+        fmt::format("the normal force at the end of the last contact arc is {:.3g} g: it must be positive", eta.value));
   }
   const std::array<Jet, 4> inputs{theta, eta, mu, beta};
   const Builder built(D::variable(theta.value, 0), D::variable(eta.value, 1), D::variable(mu.value, 2),

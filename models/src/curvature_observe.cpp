@@ -19,8 +19,8 @@ struct Motion {
 }  // namespace
 
 std::vector<Column> CurvatureProblem::columns() const {
-  return {{"x", "m"},         {"y", "m"},         {"v", "m/s"},          {"theta", "rad"},         {"u", "rad/s"},
-          {"h", "m/s^2"},     {"lambda_x", "s/m"}, {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"lambda_theta", "s/rad"}};
+  return {{"x", "m"},     {"y", "m"},          {"v", "m/s"},        {"theta", "rad"},      {"u", "rad/s"},
+          {"h", "m/s^2"}, {"lambda_x", "s/m"}, {"lambda_y", "s/m"}, {"lambda_v", "s^2/m"}, {"lambda_theta", "s/rad"}};
 }
 
 std::vector<double> CurvatureProblem::observe(const ArcPoint& point, const std::vector<double>& p) const {

@@ -15,7 +15,8 @@ const char* name_of(ArcKind kind) { return kind == ArcKind::contact ? "contact" 
 Jet direction_from(const Jet& theta1, const Jet& x1, const Jet& y1, const Jet& x, const Jet& y) {
   const Jet along = x1 * x + y1 * y, across = x1 * y - y1 * x;
   const double square = along.value * along.value + across.value * across.value;
-  return theta1 + Jet::chain(along, across, std::atan2(across.value, along.value), -across.value / square, along.value / square);
+  return theta1 +
+         Jet::chain(along, across, std::atan2(across.value, along.value), -across.value / square, along.value / square);
 }
 
 constexpr int time_in_w = 2;
@@ -28,12 +29,13 @@ S friction_slope(const S& eta, const S& mu, const S& beta) {
 
 }  // namespace
 
-CurvatureProblem::CurvatureProblem(const Scene& scene, const Plan& plan) : arcs_(plan.arcs), slope_given_(scene.slope.has_value()) {
+CurvatureProblem::CurvatureProblem(const Scene& scene, const Plan& plan)
+    : arcs_(plan.arcs), slope_given_(scene.slope.has_value()) {
   if (arcs_.empty()) throw BadInput("the arc structure is empty: at least one arc is needed");
   for (std::size_t i = 0; i + 1 < arcs_.size(); ++i) {
     if (arcs_[i].kind == arcs_[i + 1].kind) {
-      throw BadInput(fmt::format("arcs {} and {} of the structure are both {}: contact and ballistic arcs must alternate", i + 1,
-                                 i + 2, name_of(arcs_[i].kind)));
+      throw BadInput(fmt::format("arcs {} and {} of the structure are both {}: contact and ballistic arcs must alternate",
+                                 i + 1, i + 2, name_of(arcs_[i].kind)));
     }
   }
   name_everything(scene, plan);
@@ -78,8 +80,9 @@ void CurvatureProblem::name_everything(const Scene& scene, const Plan& plan) {
   rows_.push_back({"end x", distance});
   rows_.push_back({"end y", distance});
   const std::vector<double> values = curvature::parameters(scene);
-  const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},  {"y", "m"},          {"speed", "m/s"},     {"mu", "1"},
-                                                               {"beta", "s^4/m^2"}, {"gravity", "m/s^2"}, {"slope", "rad"}};
+  const std::vector<std::pair<const char*, const char*>> names{{"x", "m"},      {"y", "m"},          {"speed", "m/s"},
+                                                               {"mu", "1"},     {"beta", "s^4/m^2"}, {"gravity", "m/s^2"},
+                                                               {"slope", "rad"}};
   for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
 }
 
@@ -140,7 +143,8 @@ void CurvatureProblem::contact(Shot& shot, const Constants& constants, std::size
 
 /// The last piece of the motion, by its series, over at most `most` in ω; returns how long it is. What is integrated is the
 /// series itself, for those who observe it.
-double CurvatureProblem::end_segment(Shot& shot, std::size_t i, double most, const Constants& constants, ChainPoint& at) const {
+double CurvatureProblem::end_segment(Shot& shot, std::size_t i, double most, const Constants& constants,
+                                     ChainPoint& at) const {
   const EndArc end = end_arc(at.theta, at.eta, constants.mu, constants.beta);
   const double s = std::min(most, end.reach);
   ArcStart start{.arc = static_cast<int>(i), .field = &end_, .t1 = -s, .time_quadrature = time_in_w};
@@ -222,7 +226,8 @@ void CurvatureProblem::first_flight(Shot& shot, const Constants& constants, Chai
   const Jet& d = length(shot, 0);
   const Jet speed = exp(-shot.unknown(log_ratio_place));
   const Jet theta = slope_given_ ? shot.parameter(slope_place) : shot.unknown(first_length + arcs_.size());
-  const Flight start{speed * cos(theta), speed * sin(theta), end.to_x + constants.lambda_x * d, end.to_y + constants.lambda_y * d};
+  const Flight start{speed * cos(theta), speed * sin(theta), end.to_x + constants.lambda_x * d,
+                     end.to_y + constants.lambda_y * d};
   const Jet arriving_v_y = start.v_y - d;
   shot.row(row++, at.log_v - 0.5 * log(start.v_x * start.v_x + arriving_v_y * arriving_v_y));
   shot.row(row++, at.theta - direction_from(theta, start.v_x, start.v_y, start.v_x, arriving_v_y));
@@ -237,8 +242,8 @@ void CurvatureProblem::first_flight(Shot& shot, const Constants& constants, Chai
   if (!slope_given_) shot.row(row++, at.lambda_turn);
 }
 
-void CurvatureProblem::finish(Shot& shot, const Constants& constants, const ChainPoint& at, const std::vector<Jet>& junctions,
-                              std::size_t row) const {
+void CurvatureProblem::finish(Shot& shot, const Constants& constants, const ChainPoint& at,
+                              const std::vector<Jet>& junctions, std::size_t row) const {
   const Jet& gravity = shot.parameter(gravity_place);
   const Jet& log_ratio = shot.unknown(log_ratio_place);
   const Jet speed = shot.parameter(speed_place) * exp(log_ratio);  // v_f

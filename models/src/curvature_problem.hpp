@@ -22,7 +22,7 @@ struct EndArc {
 /// A point of the chain of arcs, in units of v_f and g; place and time relative to the end.
 struct ChainPoint {
   Jet x, y, t, log_v, theta;
-  Jet eta, n;                    ///< on a contact arc
+  Jet eta, n;                     ///< on a contact arc
   Jet lambda_along, lambda_turn;  ///< on a ballistic one: n v², λθ
 };
 

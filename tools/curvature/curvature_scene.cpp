@@ -73,7 +73,8 @@ Survey survey(const ScaledScene& scene) {
     }
     if (agreeing >= 3) result.highest = best;
   }
-  std::sort(result.minima.begin(), result.minima.end(), [](const Transcribed& a, const Transcribed& b) { return a.time < b.time; });
+  std::sort(result.minima.begin(), result.minima.end(),
+            [](const Transcribed& a, const Transcribed& b) { return a.time < b.time; });
   return result;
 }
 
@@ -90,7 +91,7 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
   options.max_iterations = 12;
   constexpr double growth = 4.0;
   constexpr int attempts = 2;
-  constexpr long patience = 20;  // Newton iterations: more would take seconds
+  constexpr long patience = 250000;  // integration steps: more would take seconds
   const ScaledScene units = scaled(scene);
   std::string why;
   int tried = 0;
@@ -111,11 +112,12 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
     std::optional<Transcribed> motion = refined(units, coarse);
     if (!motion) continue;
     if (solved_from(*motion)) return;
+    if (outcome.cost.steps > patience) break;
     // A nearly vertical contact arc has a tiny η that hangs on the last digits of θ.
     constexpr int many = 200;
     *motion = transcribe(units, regrid(*motion, many), {.cells = many});
     if (motion->converged && solved_from(*motion)) return;
-    if (++tried == attempts || outcome.cost.newton_iterations > patience) break;
+    if (++tried == attempts || outcome.cost.steps > patience) break;
   }
   outcome.status = Outcome::Status::failed;
   outcome.message = why;
@@ -126,19 +128,23 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
     const double highest = *found.highest * scene.speed * scene.speed / scene.gravity;
     outcome.status = Outcome::Status::infeasible;
     outcome.limits.push_back({"y_highest", "m", highest});
-    outcome.message = fmt::format("y = {:g} m is out of reach: the highest motion to x = {:g} m, on which several starts of the search "
-                                  "agree, ends at y_highest = {:.5g} m",
-                                  scene.y, scene.x, highest);
+    outcome.message = fmt::format(
+        "y = {:g} m is out of reach: the highest motion to x = {:g} m, on which several starts of the search "
+        "agree, ends at y_highest = {:.5g} m",
+        scene.y, scene.x, highest);
     return;
   }
   const std::optional<double> flight = flight_height(scene);
-  outcome.message = flight && scene.y < *flight
-                        ? fmt::format("no motion to the end point was found: y = {:g} m lies below the free flight with the given slope, "
-                                      "{:.6g} m, so the bead would have to brake first; try a steeper slope or --slope free",
-                                      scene.y, *flight)
-                        : fmt::format("no motion to the end point was found, though y = {:g} m is not shown to be out of reach; "
-                                      "try a lower end point or less friction",
-                                      scene.y);
+  outcome.message =
+      flight && scene.y < *flight
+          ? fmt::format(
+                "no motion to the end point was found: y = {:g} m lies below the free flight with the given slope, "
+                "{:.6g} m, so the bead would have to brake first; try a steeper slope or --slope free",
+                scene.y, *flight)
+          : fmt::format(
+                "no motion to the end point was found, though y = {:g} m is not shown to be out of reach; "
+                "try a lower end point or less friction",
+                scene.y);
 }
 
 }  // namespace
@@ -154,13 +160,16 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     outcome.status = Outcome::Status::infeasible;
     outcome.limits = {{"beta_max", "s^4/m^2", 0.0}};
     outcome.message = fmt::format(
-        "beta = {:g} s^4/m^2 has no minimum: Legendre-Clebsch, 6 beta h lambda_v v^2 <= 0 with h, lambda_v, v > 0, needs beta < 0; {}",
-        scene.beta, scene.beta > 0.0 ? "with beta > 0 ever sharper turns are ever faster" : "with beta = 0 the wire may turn at once");
+        "beta = {:g} s^4/m^2 has no minimum: Legendre-Clebsch, 6 beta h lambda_v v^2 <= 0 with h, lambda_v, v > 0, needs "
+        "beta < 0; {}",
+        scene.beta,
+        scene.beta > 0.0 ? "with beta > 0 ever sharper turns are ever faster" : "with beta = 0 the wire may turn at once");
   } else if (const double highest = reach_bound(scaled(scene)) * unit; !(scene.y < highest)) {
     outcome.status = Outcome::Status::infeasible;
     outcome.limits = {{"y_max", "m", highest}};
-    outcome.message = fmt::format("y = {:g} m is out of reach: with this speed and friction no bead rises to y_max = {:.12g} m at x = {:g} m",
-                                  scene.y, highest, scene.x);
+    outcome.message = fmt::format(
+        "y = {:g} m is out of reach: with this speed and friction no bead rises to y_max = {:.12g} m at x = {:g} m", scene.y,
+        highest, scene.x);
   } else {
     outcome.limits = {{"y_max", "m", highest}};
     search(scene, options, outcome);

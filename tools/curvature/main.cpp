@@ -7,14 +7,17 @@ using namespace costate;
 namespace {
 
 constexpr const char* description =
-    "Bead on a wire with friction K(h) = -mu h + beta h^3, h = g cos(theta) + v theta' the normal force per unit mass, in minimum\n"
+    "Bead on a wire with friction K(h) = -mu h + beta h^3, h = g cos(theta) + v theta' the normal force per unit mass, in "
+    "minimum\n"
     "time from (0, 0) to (x, y), y up (Negron-Marrero, Santiago-Figueroa 2005, section 2.2).\n"
     "Without flags: x = 4 m, y = -2.5 m, speed 2 m/s, slope -1 rad, mu = 0.2, beta = -1e-3 s^4/m^2, g = 9.8 m/s^2.";
 
 constexpr const char* conventions =
     "H = -1 + lambda_x v cos(theta) + lambda_y v sin(theta) + lambda_v (-g sin(theta) + K(h)) + lambda_theta theta' = 0 is\n"
-    "maximised over h >= 0; lambda_v = lambda_theta = 0 at the end. Where h = 0 the bead flies (ballistic arc). With --slope free\n"
-    "lambda_theta = 0 at the start. lambda_v0, lambda_theta0, h0, theta1 are values at the start, theta2 and v_f at the end.\n"
+    "maximised over h >= 0; lambda_v = lambda_theta = 0 at the end. Where h = 0 the bead flies (ballistic arc). With "
+    "--slope free\n"
+    "lambda_theta = 0 at the start. lambda_v0, lambda_theta0, h0, theta1 are values at the start, theta2 and v_f at the "
+    "end.\n"
     "beta < 0: for beta >= 0 there is no minimum (Legendre-Clebsch).\n"
     "Exit status: 0 solved, 2 bad input, 3 the scene has no solution, 4 not solved.";
 
@@ -39,7 +42,8 @@ int main(int argc, char** argv) {
   line.number("--x", scene.x, {1e-6, 1e6, "m"}, "End point x");
   line.number("--y", scene.y, {-1e6, 1e6, "m"}, "End point y, up");
   line.number("--speed", scene.speed, {1e-6, 1e6, "m/s"}, "Speed v at the start");
-  line.number_or("--slope", scene.slope, {-1.5707, 1.5707, "rad"}, "free", "Inclination theta at the start, or the word free");
+  line.number_or("--slope", scene.slope, {-1.5707, 1.5707, "rad"}, "free",
+                 "Inclination theta at the start, or the word free");
   line.number("--mu", scene.mu, {0.0, 100.0, ""}, "Coefficient mu");
   line.number("--beta", scene.beta, {-1e6, 1e6, "s^4/m^2"}, "Coefficient beta");
   line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");

@@ -43,7 +43,7 @@ std::vector<Sample> samples_of(const ScaledScene& scene, const Transcribed& moti
 Sample junction(const Sample& a, const Sample& b) {
   const double part = a.excess / (a.excess - b.excess);
   const auto between = [&](double from, double to) { return std::lerp(from, to, part); };
-  return {between(a.tau, b.tau),   between(a.time, b.time), between(a.theta, b.theta), 0.0, between(a.n, b.n), 0.0};
+  return {between(a.tau, b.tau), between(a.time, b.time), between(a.theta, b.theta), 0.0, between(a.n, b.n), 0.0};
 }
 
 /// Largest rate in ω at which backward integration amplifies a disturbance of (θ, η, n).

@@ -14,7 +14,9 @@ bool excluded(const ScaledScene& scene, double y, double c) {
   constexpr double steepest = std::numbers::pi / 2;
   const double mu = scene.mu - 3.0 * scene.beta * c * c;
   const double loss = -2.0 * scene.beta * c * c * c;
-  const auto phi = [&](double theta) { return std::exp(2.0 * mu * theta) * (std::sin(theta) + mu * std::cos(theta) - loss); };
+  const auto phi = [&](double theta) {
+    return std::exp(2.0 * mu * theta) * (std::sin(theta) + mu * std::cos(theta) - loss);
+  };
   const double chord = std::atan2(y, scene.x), sine = std::sin(chord), cosine = std::cos(chord);
   const double slope = 2.0 * mu * phi(chord) + std::exp(2.0 * mu * chord) * (cosine - mu * sine);
   const double p = phi(chord) * cosine - slope * sine, q = phi(chord) * sine + slope * cosine;

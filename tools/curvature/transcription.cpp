@@ -1,6 +1,6 @@
 #include "curvature/transcription.hpp"
 
-#include <costate/dual.hpp>
+#include "curvature/tau_step.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -13,31 +13,6 @@
 namespace costate::curvature {
 
 namespace {
-
-/// What a cell adds, seen from ln v = 0 at its start.
-template <class S>
-struct Step {
-  S theta, log_v, x, y, t;
-};
-
-/// One step of the classical Runge–Kutta method with η linear in τ.
-template <class S>
-Step<S> step(const S& theta, const S& from, const S& to, const S& length, double mu, double beta) {
-  const auto rates = [&](const Step<S>& at, const S& eta) {
-    const S cosine = cos(at.theta), sine = sin(at.theta), v = exp(at.log_v), v2 = v * v;
-    return Step<S>{eta - cosine, eta * (beta * eta * eta - mu) - sine, v2 * cosine, v2 * sine, v};
-  };
-  const auto move = [](const Step<S>& at, const Step<S>& rate, const S& by) {
-    return Step<S>{at.theta + by * rate.theta, at.log_v + by * rate.log_v, at.x + by * rate.x, at.y + by * rate.y,
-                   at.t + by * rate.t};
-  };
-  const S half = 0.5 * length, middle = 0.5 * (from + to);
-  Step<S> at{theta, S(0.0), S(0.0), S(0.0), S(0.0)};
-  const Step<S> k1 = rates(at, from), k2 = rates(move(at, k1, half), middle), k3 = rates(move(at, k2, half), middle),
-                k4 = rates(move(at, k3, length), to);
-  const S sixth = length * (1.0 / 6.0), third = length * (1.0 / 3.0);
-  return move(move(move(move(at, k1, sixth), k2, third), k3, third), k4, sixth);
-}
 
 constexpr int cell_inputs = 4;  // θ, η at both ends, length
 using First = Dual<double, cell_inputs>;
@@ -63,7 +38,9 @@ class Transcription {
     Transcribed result;
     double begin = 0.0;
     for (std::size_t i = 0; i < cells_; ++i) {
-      const double around = i == 0 ? 0.5 * share_[0] : i + 1 == cells_ ? 0.5 * share_[i - 1] + share_[i] : 0.5 * (share_[i - 1] + share_[i]);
+      const double around = i == 0            ? 0.5 * share_[0]
+                            : i + 1 == cells_ ? 0.5 * share_[i - 1] + share_[i]
+                                              : 0.5 * (share_[i - 1] + share_[i]);
       weight_.push_back(around * (1.0 - begin));
       begin += share_[i];
     }
@@ -110,7 +87,9 @@ class Transcription {
   [[nodiscard]] bool free_slope() const { return !scene_.slope; }
   [[nodiscard]] std::size_t first_eta() const { return free_slope() ? 2 : 1; }
   double& eta(Eigen::VectorXd& u, std::size_t i) const { return u[static_cast<Eigen::Index>(first_eta() + i)]; }
-  [[nodiscard]] double eta(const Eigen::VectorXd& u, std::size_t i) const { return u[static_cast<Eigen::Index>(first_eta() + i)]; }
+  [[nodiscard]] double eta(const Eigen::VectorXd& u, std::size_t i) const {
+    return u[static_cast<Eigen::Index>(first_eta() + i)];
+  }
   /// The node at which cell k ends. η is constant in the last one: at the very end it moves neither place nor time.
   [[nodiscard]] std::size_t after(std::size_t k) const { return std::min(k + 1, cells_ - 1); }
   [[nodiscard]] double slope(const Eigen::VectorXd& u) const { return scene_.slope ? *scene_.slope : u[1]; }
@@ -147,8 +126,8 @@ class Transcription {
     tangents_.assign(1, s.topRows<2>());
     for (std::size_t k = 0; k < cells_; ++k) {
       const Step<double>& at = motion_[k];
-      const auto c = step(seeded(at.theta, 0), seeded(eta(u_, k), 1), seeded(eta(u_, after(k)), 2), seeded(share_[k] * whole, 3),
-                          scene_.mu, scene_.beta);
+      const auto c = step(seeded(at.theta, 0), seeded(eta(u_, k), 1), seeded(eta(u_, after(k)), 2),
+                          seeded(share_[k] * whole, 3), scene_.mu, scene_.beta);
       const double v = std::exp(at.log_v);
       const auto a = static_cast<Eigen::Index>(first_eta() + k), b = static_cast<Eigen::Index>(first_eta() + after(k));
       const auto row = [&](const Second& out) {
@@ -200,8 +179,8 @@ class Transcription {
         const auto row = static_cast<Eigen::Index>(i);
         for (std::size_t j = 0; j < 4; ++j) {
           const auto entry = [&](const Second& out) { return out.gradient[i].gradient[j]; };
-          second(row, static_cast<Eigen::Index>(j)) = wx * entry(c.x) + wy * entry(c.y) + wt * entry(c.t) + p[0] * entry(c.theta) +
-                                                      p[1] * entry(c.log_v);
+          second(row, static_cast<Eigen::Index>(j)) = wx * entry(c.x) + wy * entry(c.y) + wt * entry(c.t) +
+                                                      p[0] * entry(c.theta) + p[1] * entry(c.log_v);
         }
         second(row, 4) = second(4, row) = 2.0 * fx.gradient[i] + ft.gradient[i];
         first[row] = fx.gradient[i] + ft.gradient[i] + p[0] * c.theta.gradient[i].value + p[1] * c.log_v.gradient[i].value;
@@ -335,8 +314,9 @@ class Transcription {
     for (std::size_t i = 0; i <= cells_; ++i) {
       if (i > 0) tau += share_[i - 1] * std::exp(u_[0]);
       const std::size_t own = std::min(i, cells_ - 1);
-      result.nodes.push_back({tau, motion_[i].t, motion_[i].theta - turns, motion_[i].log_v, eta(u_, own), -adjoint_[i][1] * reference_,
-                              -adjoint_[i][0] * reference_, bound_[static_cast<Eigen::Index>(own)]});
+      result.nodes.push_back({tau, motion_[i].t, motion_[i].theta - turns, motion_[i].log_v, eta(u_, own),
+                              -adjoint_[i][1] * reference_, -adjoint_[i][0] * reference_,
+                              bound_[static_cast<Eigen::Index>(own)]});
     }
   }
 
@@ -345,10 +325,10 @@ class Transcription {
   std::size_t cells_;
   double distance_;
   double reference_ = 1.0;
-  std::vector<double> share_;  ///< of the length in τ, by cell
+  std::vector<double> share_;   ///< of the length in τ, by cell
   std::vector<double> weight_;  ///< of the barrier, by node
-  Eigen::VectorXd u_;          ///< ln of the length in τ; θ(0) if free; η at the nodes
-  Eigen::VectorXd bound_;      ///< multipliers of η ≥ 0
+  Eigen::VectorXd u_;           ///< ln of the length in τ; θ(0) if free; η at the nodes
+  Eigen::VectorXd bound_;       ///< multipliers of η ≥ 0
   Eigen::VectorXd multiplier_;  ///< of the end point
   double barrier_ = first_barrier, penalty_ = 1e-2, last_shift_ = 0.0;
 
@@ -362,111 +342,6 @@ class Transcription {
 };
 
 }  // namespace
-
-namespace {
-
-/// Free flights that hit the end point: where θ(0) is free they are motions of the scene, b = a tan θ₁ − ½ a²(1 + tan² θ₁).
-void add_flights(const ScaledScene& scene, std::vector<ControlGuess>& found) {
-  const double a = scene.x, square = 1.0 - a * a - 2.0 * scene.y;
-  if (square < 0.0) return;
-  const double high = (1.0 + std::sqrt(square)) / a, low = (a * a + 2.0 * scene.y) / (a * a) / high;
-  for (const double tangent : {low, high}) {
-    const double slope = std::atan(tangent);
-    // x = tan θ₁ − tan θ in these units, θ' = −cos θ.
-    const double end = std::atan(tangent - a * (1.0 + tangent * tangent));
-    const auto gudermannian = [](double theta) { return std::asinh(std::tan(theta)); };
-    const double length = gudermannian(slope) - gudermannian(end);
-    constexpr int points = 40;
-    constexpr double aside = 0.05;
-    ControlGuess flight{{}, {}, slope, 0.0};
-    for (int i = 0; i <= points; ++i) {
-      const double tau = length * i / points;
-      flight.tau.push_back(tau);
-      flight.eta.push_back(aside / std::cosh(gudermannian(slope) - tau));  // a little of cos θ
-    }
-    found.push_back(std::move(flight));
-  }
-}
-
-}  // namespace
-
-namespace {
-
-/// η(τ) of a simple control.
-double level(double begin, double end, double tau) { return end + (begin - end) * std::exp(-tau); }
-
-/// Follows η falling or rising from `begin` to `end` within about one unit of τ, calls `at` with (τ, x, y) after every step, and stops
-/// where that says so or the bead has gone or stopped.
-template <class At>
-void try_control(const ScaledScene& scene, double slope, double begin, double end, const At& at) {
-  constexpr double length = 0.05, longest = 40.0, stopped = -12.0;
-  const double distance = std::hypot(scene.x, scene.y);
-  double theta = slope, log_v = 0.0, x = 0.0, y = 0.0;
-  for (double tau = 0.0; tau < longest && log_v > stopped && x * x + y * y < 100.0 * distance * distance; tau += length) {
-    const auto s = step(theta, level(begin, end, tau), level(begin, end, tau + length), length, scene.mu, scene.beta);
-    const double v2 = std::exp(2.0 * log_v);
-    x += v2 * s.x;
-    y += v2 * s.y;
-    log_v += s.log_v;
-    theta = s.theta;
-    if (at(tau + length, x, y)) return;
-  }
-}
-
-/// All simple controls, each up to where `measure(x, y)` is least while `go_on(x, y)`; the least first.
-template <class Measure, class GoOn>
-std::vector<ControlGuess> simple_controls_by(const ScaledScene& scene, const Measure& measure, const GoOn& go_on) {
-  // cos of a slope is the η that holds the bead on it.
-  const double chord = scene.x / std::hypot(scene.x, scene.y);
-  const double levels[] = {0.02, 0.3, 0.6, 0.8, 0.9, chord, 0.97, 1.0, 1.05, 1.2, 1.7, 2.5, 4.0};
-  constexpr double slopes[] = {-1.5, -1.2, -0.9, -0.6, -0.3, 0.0, 0.4};
-  constexpr int points = 200;
-  std::vector<ControlGuess> found;
-  for (const double begin : levels) {
-    for (const double end : levels) {
-      for (const double slope : slopes) {
-        ControlGuess best{{}, {}, scene.slope.value_or(slope), std::numeric_limits<double>::infinity()};
-        double length = 0.0;
-        try_control(scene, best.slope, begin, end, [&](double tau, double x, double y) {
-          if (measure(x, y) < best.miss) {
-            best.miss = measure(x, y);
-            length = tau;
-          }
-          return !go_on(x, y);
-        });
-        for (int i = 0; length > 0.0 && i <= points; ++i) {
-          best.tau.push_back(length * i / points);
-          best.eta.push_back(level(begin, end, best.tau.back()));
-        }
-        if (length > 0.0) found.push_back(std::move(best));
-        if (scene.slope) break;
-      }
-    }
-  }
-  std::sort(found.begin(), found.end(), [](const ControlGuess& a, const ControlGuess& b) { return a.miss < b.miss; });
-  return found;
-}
-
-}  // namespace
-
-std::vector<ControlGuess> simple_controls(const ScaledScene& scene) {
-  const double distance = std::hypot(scene.x, scene.y);
-  std::vector<ControlGuess> found;
-  if (!scene.slope) add_flights(scene, found);
-  const auto aimed = simple_controls_by(
-      scene, [&](double x, double y) { return std::hypot(x - scene.x, y - scene.y) / distance; },
-      [&](double x, double y) { return std::hypot(x, y) < 2.0 * distance; });
-  found.insert(found.end(), aimed.begin(), aimed.end());
-  return found;
-}
-
-std::vector<ControlGuess> high_controls(const ScaledScene& scene) {
-  // Up to where the end point's vertical is crossed, the highest first.
-  return simple_controls_by(
-      scene,
-      [&](double x, double y) { return x >= scene.x ? -y : std::numeric_limits<double>::infinity(); },
-      [&](double x, double) { return x < scene.x; });
-}
 
 Transcribed transcribe(const ScaledScene& scene, const ControlGuess& guess, const TranscriptionOptions& options) {
   const auto cells = static_cast<std::size_t>(options.cells);

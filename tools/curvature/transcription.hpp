@@ -65,7 +65,8 @@ struct ControlGuess {
 /// two equality constraints and is solved by Newton's method in their null space with exact second derivatives, made definite by a
 /// shift, a barrier for η ≥ 0 (Nocedal & Wright, Numerical Optimization, 2nd ed. 2006, ch. 18–19), and a line search. Every accepted
 /// step descends, which the equations of the extremal, a saddle, do not offer.
-[[nodiscard]] Transcribed transcribe(const ScaledScene& scene, const ControlGuess& guess, const TranscriptionOptions& options);
+[[nodiscard]] Transcribed transcribe(const ScaledScene& scene, const ControlGuess& guess,
+                                     const TranscriptionOptions& options);
 
 /// The same motion on `cells` cells chosen so that η and θ change equally in each.
 [[nodiscard]] ControlGuess regrid(const Transcribed& coarse, int cells);

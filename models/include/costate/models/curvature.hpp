@@ -27,13 +27,13 @@ namespace costate::curvature {
 
 /// A scene, in SI units.
 struct Scene {
-  double x = 4.0;                          ///< end point a, m
-  double y = -2.5;                         ///< end point b, m, up
-  double speed = 2.0;                      ///< v₀, m/s
-  std::optional<double> slope = -1.0;      ///< θ(0), rad; none: free
-  double mu = 0.2;                         ///< μ
-  double beta = -1e-3;                     ///< β, s⁴/m²
-  double gravity = 9.8;                    ///< g, m/s²
+  double x = 4.0;                      ///< end point a, m
+  double y = -2.5;                     ///< end point b, m, up
+  double speed = 2.0;                  ///< v₀, m/s
+  std::optional<double> slope = -1.0;  ///< θ(0), rad; none: free
+  double mu = 0.2;                     ///< μ
+  double beta = -1e-3;                 ///< β, s⁴/m²
+  double gravity = 9.8;                ///< g, m/s²
 };
 
 /// The bead: parameters μ, β, g; control u = θ'.
@@ -91,8 +91,7 @@ struct ContactArc {
     const S B = lambda_x * cosine + lambda_y * sine, B_theta = lambda_y * cosine - lambda_x * sine;
     const S quadratic = beta * eta * eta;
     const S k = eta * (quadratic - mu), slope = 3.0 * quadratic - mu, turn = eta - cosine;
-    return {{eta * (k - sine), eta * turn,
-             ((B_theta + B * slope) / n + slope * (slope * turn - k) - cosine) / (6.0 * beta),
+    return {{eta * (k - sine), eta * turn, ((B_theta + B * slope) / n + slope * (slope * turn - k) - cosine) / (6.0 * beta),
              -(eta * (B + n * (slope * turn - sine + k)))},
             {eta * v * v * cosine, eta * v * v * sine, eta * v}};
   }
@@ -138,17 +137,17 @@ struct Node {
 /// One arc of a structure, and an estimate of it.
 struct ArcPlan {
   ArcKind kind = ArcKind::contact;
-  double length = 1.0;            ///< in ω (contact) or t (ballistic)
-  std::vector<Node> nodes{};      ///< of a contact arc, the latest first
+  double length = 1.0;        ///< in ω (contact) or t (ballistic)
+  std::vector<Node> nodes{};  ///< of a contact arc, the latest first
 };
 
 /// The arcs of a motion in order of time, and an estimate of its end.
 struct Plan {
   std::vector<ArcPlan> arcs;
-  double theta_start = 0.0;  ///< θ(0), an unknown where it is free and the first arc is ballistic
-  double theta_end = 0.0;    ///< θ_f
-  double eta_end = 1.0;    ///< η_f, if the last arc is a contact arc
-  double slope_end = 0.0;  ///< B_θ/B at t_f, if it is ballistic
+  double theta_start = 0.0;      ///< θ(0), an unknown where it is free and the first arc is ballistic
+  double theta_end = 0.0;        ///< θ_f
+  double eta_end = 1.0;          ///< η_f, if the last arc is a contact arc
+  double slope_end = 0.0;        ///< B_θ/B at t_f, if it is ballistic
   double log_speed_ratio = 0.0;  ///< ln(v_f/v₀)
 };
 
