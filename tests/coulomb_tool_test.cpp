@@ -20,21 +20,10 @@ using tools::Ended;
 class CoulombTool : public tools::ToolTest {
  protected:
   CoulombTool() : ToolTest(COSTATE_TOOL) {}
-
-  json solved_json(Arguments arguments) {
-    arguments.emplace_back("--json");
-    const Ended got = run(arguments);
-    EXPECT_EQ(got.status, 0) << got.err;
-    EXPECT_EQ(got.err, "");
-    return json::parse(got.out);
-  }
 };
 
 TEST_F(CoulombTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  struct Bad {
-    Arguments arguments, named;
-  };
-  const std::vector<Bad> cases{
+  const std::vector<tools::BadInput> cases{
       {{"--span", "0"}, {"--span", "0", "1e-06", "1e+06", "m"}},
       {{"--span", "-4"}, {"--span", "-4", "1e-06", "m"}},
       {{"--span", "1e300"}, {"--span", "1e300", "1e+06", "m"}},
@@ -55,15 +44,7 @@ TEST_F(CoulombTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
       {{"--accuracy", "1e-13"}, {"--accuracy", "1e-13", "1e-12"}},
       {{"--friction", "0.1"}, {"--friction"}},
   };
-  for (const Bad& bad : cases) {
-    const Ended got = run(bad.arguments);
-    const std::string line = fmt::format("{}\n{}", fmt::join(bad.arguments, " "), got.err);
-    EXPECT_EQ(got.status, 2) << line;
-    EXPECT_EQ(got.out, "") << line;
-    for (const std::string& part : bad.named)
-      EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
-    EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << "one line: " << line;
-  }
+  expect_refusals(cases);
 }
 
 TEST_F(CoulombTool, SceneBeyondTheLimitIsStatusThreeAndNamesIt) {

@@ -19,7 +19,7 @@ class CurvatureTool : public tools::ToolTest {
 };
 
 TEST_F(CurvatureTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  const std::vector<std::pair<Arguments, Arguments>> cases{
+  const std::vector<tools::BadInput> cases{
       {{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
       {{"--x", "1e300"}, {"--x", "1e300", "1e+06"}},
       {{"--y", "nan"}, {"--y", "nan", "-1e+06", "1e+06", "m"}},
@@ -33,13 +33,7 @@ TEST_F(CurvatureTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
       {{"--accuracy", "1"}, {"--accuracy", "1", "1e-12", "0.001"}},
       {{"--bogus"}, {"--bogus"}},
   };
-  for (const auto& [arguments, named] : cases) {
-    const Ended got = run(arguments);
-    EXPECT_EQ(got.status, 2) << got.err;
-    EXPECT_EQ(got.out, "");
-    for (const std::string& part : named) EXPECT_TRUE(contains(got.err, part)) << part << " is not in " << got.err;
-    EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << got.err;
-  }
+  expect_refusals(cases);
 }
 
 TEST_F(CurvatureTool, SceneWithoutSolutionIsStatusThreeAndNamesTheLimit) {

@@ -122,7 +122,7 @@ TEST(DiskShooting, HamiltonianDriftStaysWithinTenTolerances) {
       for (const auto& piece : arc.pieces()) {
         const Eigen::VectorXd both = arc.at(piece.node);
         const Eigen::Index n = record.state.size();
-        const ArcPoint point{&record, piece.node, both.head(n), both.tail(both.size() - n)};
+        const ArcPoint point{&record, piece.node, both.head(n), both.tail(both.size() - n), piece.node};
         for (const PathCheck& check : root.problem->check(point, shooting.parameters())) {
           if (check.kind != PathCheck::Kind::zero) continue;
           EXPECT_LE(std::abs(check.value), 10.0 * tolerance) << check.name << " on arc " << record.arc + 1;

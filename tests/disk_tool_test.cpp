@@ -22,24 +22,11 @@ namespace fs = std::filesystem;
 class Tool : public tools::ToolTest {
  protected:
   Tool() : ToolTest(COSTATE_TOOL) {}
-
-  json solved_json(Arguments arguments) {
-    arguments.push_back("--json");
-    const Ended got = run(arguments);
-    EXPECT_EQ(got.status, 0) << got.err;
-    EXPECT_EQ(got.err, "");
-    return json::parse(got.out);  // throws unless there is exactly one value
-  }
-};
-
-struct BadInput {
-  Arguments arguments;
-  Arguments named;  ///< what the message must say: flag, value, range
 };
 
 TEST_F(Tool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
   const std::string missing = (folder() / "missing" / "a.csv").string();
-  const std::vector<BadInput> cases{
+  const std::vector<tools::BadInput> cases{
       {{"--radius", "-1"}, {"--radius", "-1", "1e-06", "1e+06", "m"}},
       {{"--radius=-1"}, {"--radius", "-1", "1e-06", "1e+06", "m"}},
       {{"--radius", "0"}, {"--radius", "0", "1e-06"}},
@@ -71,14 +58,7 @@ TEST_F(Tool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
       {{"--csv", folder().string()}, {"--csv", folder().string()}},
       {{"--csv", "a.csv", "--json"}, {"--csv", "--json"}},
   };
-  for (const BadInput& bad : cases) {
-    const Ended got = run(bad.arguments);
-    const std::string line = fmt::format("{}\n{}", fmt::join(bad.arguments, " "), got.err);
-    EXPECT_EQ(got.status, 2) << line;
-    EXPECT_EQ(got.out, "") << line;
-    for (const std::string& part : bad.named) EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
-    EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << "one line: " << line;
-  }
+  expect_refusals(cases);
 }
 
 TEST_F(Tool, SceneWithTooLittleFrictionIsStatusThree) {

@@ -21,13 +21,8 @@ class DragTool : public tools::ToolTest {
   DragTool() : ToolTest(COSTATE_TOOL) {}
 };
 
-struct BadInput {
-  Arguments arguments;
-  Arguments named;  ///< what the message must say: flag, value, range
-};
-
 TEST_F(DragTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  const std::vector<BadInput> cases{{{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
+  const std::vector<tools::BadInput> cases{{{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
                                     {{"--x", "-1"}, {"--x", "-1", "1e-06", "m"}},
                                     {{"--x", "nan"}, {"--x", "nan", "1e-06"}},
                                     {{"--y", "1e300"}, {"--y", "1e300", "-1e+06", "1e+06"}},
@@ -40,15 +35,7 @@ TEST_F(DragTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
                                     {{"--accuracy", "0"}, {"--accuracy", "0", "1e-12"}},
                                     {{"--slope", "1"}, {"--slope"}},
                                     {{"--csv", folder().string()}, {"--csv"}}};
-  for (const BadInput& bad : cases) {
-    const Ended got = run(bad.arguments);
-    const std::string line = fmt::format("{}\n{}", fmt::join(bad.arguments, " "), got.err);
-    EXPECT_EQ(got.status, 2) << line;
-    EXPECT_EQ(got.out, "") << line;
-    for (const std::string& part : bad.named)
-      EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
-    EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << "one line: " << line;
-  }
+  expect_refusals(cases);
 }
 
 TEST_F(DragTool, EndPointAboveReachIsStatusThreeAndNamesTheLimit) {

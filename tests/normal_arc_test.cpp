@@ -147,8 +147,7 @@ TEST(Corners, StateAndCostatesAreContinuousAndTheSlopeJumps) {
   for (std::size_t i = 1; i < arcs.size(); ++i) {
     EXPECT_NEAR(arcs[i].begin, outcome["t" + std::to_string(i)].value, 1e-10);
     const auto at = [&](const ArcTrace& arc, double sigma) {
-      return outcome.solution.problem->observe({&arc.record, 0.0, Eigen::VectorXd(), arc.trajectory.at(sigma)},
-                                               outcome.solution.parameters);
+      return outcome.solution.problem->observe(arc.point(sigma), outcome.solution.parameters);
     };
     const std::vector<double> before = at(arcs[i - 1], 1.0), after = at(arcs[i], 0.0);
     for (const std::size_t column : {0U, 1U, 2U, 4U, 5U, 6U}) EXPECT_NEAR(before[column], after[column], 1e-9) << column;

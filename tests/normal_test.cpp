@@ -139,9 +139,7 @@ TEST(NormalFriction, SlopeInTheFrictionCoefficient) {
       constexpr int cells = 2000;  // Simpson's rule
       for (int i = 0; i <= cells; ++i) {
         const double t = arc.begin + (arc.end - arc.begin) * i / cells;
-        const Eigen::VectorXd w = arc.trajectory.at(arc.own(t));
-        const std::vector<double> at = solution.problem->observe({&arc.record, t, Eigen::VectorXd(), w},
-                                                                 solution.parameters);
+        const std::vector<double> at = solution.problem->observe(arc.point(arc.own(t)), solution.parameters);
         const double weight = (i == 0 || i == cells ? 1.0 : i % 2 == 1 ? 4.0 : 2.0) / 3.0;
         quadrature += weight * (arc.end - arc.begin) / cells * at[6] * at[7];
       }

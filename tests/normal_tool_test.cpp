@@ -17,18 +17,10 @@ using tools::Ended;
 class NormalTool : public tools::ToolTest {
  protected:
   NormalTool() : ToolTest(COSTATE_TOOL) {}
-
-  json solved_json(Arguments arguments) {
-    arguments.push_back("--json");
-    const Ended got = run(arguments);
-    EXPECT_EQ(got.status, 0) << got.err;
-    EXPECT_EQ(got.err, "");
-    return json::parse(got.out);
-  }
 };
 
 TEST_F(NormalTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  const std::vector<std::pair<Arguments, Arguments>> cases{
+  const std::vector<tools::BadInput> cases{
       {{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
       {{"--x", "-3"}, {"--x", "-3", "1e-06"}},
       {{"--y", "nan"}, {"--y", "nan", "-1e+06", "1e+06", "m"}},
@@ -44,15 +36,7 @@ TEST_F(NormalTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
       {{"--mu", "0,3"}, {"--mu", "0,3", "not a number"}},
       {{"stray"}, {"stray"}},
   };
-  for (const auto& [arguments, named] : cases) {
-    const Ended got = run(arguments);
-    const std::string line = fmt::format("{}\n{}", fmt::join(arguments, " "), got.err);
-    EXPECT_EQ(got.status, 2) << line;
-    EXPECT_EQ(got.out, "") << line;
-    for (const std::string& part : named)
-      EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
-    EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << "one line: " << line;
-  }
+  expect_refusals(cases);
 }
 
 TEST_F(NormalTool, EndOutOfReachIsStatusThreeAndNamesTheLimit) {

@@ -2,11 +2,15 @@
 /// Running a program as its users do, and what it leaves behind.
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <spawn.h>
 #include <sstream>
 #include <stdexcept>
@@ -33,6 +37,12 @@ inline std::string contents(const fs::path& file) {
 struct Ended {
   int status = -1;  ///< exit status; −signal if a signal ended it
   std::string out, err;
+};
+
+/// A command line that is not admissible, and what the message must say: flag, value, range.
+struct BadInput {
+  Arguments arguments;
+  Arguments named;
 };
 
 /// Tests of a program. Each has a folder of its own, removed with it.
@@ -77,6 +87,29 @@ class ToolTest : public testing::Test {
     fs::remove(folder_ / ".out");
     fs::remove(folder_ / ".err");
     return result;
+  }
+
+  /// The one JSON object that the program prints of a scene that it solves.
+  nlohmann::json solved_json(Arguments arguments) {
+    arguments.emplace_back("--json");
+    const Ended got = run(arguments);
+    EXPECT_EQ(got.status, 0) << got.err;
+    EXPECT_EQ(got.err, "");
+    return nlohmann::json::parse(got.out);  // throws unless there is exactly one value
+  }
+
+  /// Bad input is answered by status 2 and one line that says what is admissible, before anything is printed.
+  void expect_refusals(const std::vector<BadInput>& cases) {
+    for (const BadInput& bad : cases) {
+      const Ended got = run(bad.arguments);
+      const std::string line = fmt::format("{}\n{}", fmt::join(bad.arguments, " "), got.err);
+      EXPECT_EQ(got.status, 2) << line;
+      EXPECT_EQ(got.out, "") << line;
+      for (const std::string& part : bad.named) {
+        EXPECT_TRUE(contains(got.err, part)) << part << " is not in the message of " << line;
+      }
+      EXPECT_EQ(std::count(got.err.begin(), got.err.end(), '\n'), 1) << "one line: " << line;
+    }
   }
 
  private:

@@ -79,10 +79,9 @@ class NormalFrictionProblem final : public Problem {
     const SlopePoint<Jet> start(scene.push, theta2, pieces[0].left + pieces[0].turn);
     const Jet end_speed = scene.start_speed * start.q / start.d;
 
-    std::vector<Jet> at{0.0, 0.0, 0.0, 0.0, 0.0};
+    std::vector<Jet> at{0.0, 0.0, 0.0, 0.0};
     for (std::size_t i = 0; i < arcs_.size(); ++i) {
       if (i > 0) corner(shot, scene, i, pieces[i - 1], pieces[i], at[0]);
-      at[4] = 0.0;
       at = shot.arc({.arc = static_cast<int>(i),
                      .field = &arc_,
                      .t1 = 1.0,
@@ -175,7 +174,7 @@ class NormalFrictionProblem final : public Problem {
 
   [[nodiscard]] static SlopePoint<double> slope_point(const ArcPoint& point, const Eigen::VectorXd& constants) {
     const Push<double> push{constants[4], constants[5], constants[6]};
-    return {push, constants[0], constants[1] + constants[2] * (1.0 - point.quadrature[4])};
+    return {push, constants[0], constants[1] + constants[2] * (1.0 - point.own)};
   }
 
   /// The quadratures have a pole where q = 0: such a turn is no motion, and must not be integrated.

@@ -36,6 +36,12 @@ double ArcTrace::own(double wanted) const {
   }
 }
 
+ArcPoint ArcTrace::point(double own) const {
+  const Eigen::VectorXd both = trajectory.at(own);
+  const Eigen::Index n = record.state.size();
+  return {&record, time(own), both.head(n), both.tail(both.size() - n), own};
+}
+
 const Quantity& find(std::initializer_list<const std::vector<Quantity>*> lists, const std::string& name) {
   std::string known;
   for (const auto* list : lists) {
@@ -60,10 +66,9 @@ ArcPoint Solution::point(double t) const {
   const auto next = std::upper_bound(arcs.begin(), arcs.end(), t,
                                      [](double wanted, const ArcTrace& arc) { return wanted < arc.begin; });
   const ArcTrace& arc = next == arcs.begin() ? arcs.front() : *std::prev(next);
-  const double own = arc.own(t);
-  const Eigen::VectorXd both = arc.trajectory.at(own);
-  const Eigen::Index n = arc.record.state.size();
-  return {&arc.record, t, both.head(n), both.tail(both.size() - n), own};
+  ArcPoint point = arc.point(arc.own(t));
+  point.t = t;
+  return point;
 }
 
 std::vector<double> Solution::at(double t) const { return problem->observe(point(t), parameters); }

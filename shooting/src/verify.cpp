@@ -49,10 +49,7 @@ std::vector<ArcTrace> trace(Shooting& shooting, const Shot& shot) {
 
 /// One arc's path checks at a time of its own trajectory.
 std::vector<PathCheck> checks_at(const Shooting& shooting, const ArcTrace& arc, double t) {
-  const Eigen::VectorXd both = arc.trajectory.at(t);
-  const Eigen::Index n = arc.record.state.size();
-  return shooting.problem().check({&arc.record, arc.time(t), both.head(n), both.tail(both.size() - n), t},
-                                  shooting.parameters());
+  return shooting.problem().check(arc.point(t), shooting.parameters());
 }
 
 /// How bad a check is: the smaller the value that must not be negative, the larger the one that must be zero. Not a number is

@@ -198,12 +198,8 @@ std::string csv_text(const Solution& solution, int points) {
     for (int i = 0; i <= cells; ++i) {
       // Both ends of an arc belong to it: a control may jump at a junction, and the row then stands twice.
       const double t = i == cells ? arc.end : arc.begin + (arc.end - arc.begin) * i / cells;
-      const double own = arc.own(t);
-      const Eigen::VectorXd both = arc.trajectory.at(own);
-      const Eigen::Index n = arc.record.state.size();
-      const ArcPoint point{&arc.record, t, both.head(n), both.tail(both.size() - n), own};
       text += fmt::format("{:.17g},{}", t, solution.problem->structure()[static_cast<std::size_t>(arc.record.arc)]);
-      for (const double value : solution.problem->observe(point, solution.parameters)) text += fmt::format(",{:.17g}", value);
+      for (const double value : solution.problem->observe(arc.point(arc.own(t)), solution.parameters)) text += fmt::format(",{:.17g}", value);
       text += '\n';
     }
   }

@@ -125,8 +125,7 @@ double least_normal_force(const Outcome& outcome) {
   for (const ArcTrace& arc : outcome.solution.arcs) {
     constexpr int cells = 100;
     for (int i = 0; i <= cells; ++i) {
-      const Eigen::VectorXd w = arc.trajectory.at(static_cast<double>(i) / cells);
-      const ArcPoint point{&arc.record, 0.0, Eigen::VectorXd(), w};
+      const ArcPoint point = arc.point(static_cast<double>(i) / cells);
       least = std::min(least, outcome.solution.problem->observe(point, outcome.solution.parameters)[normal_place]);
     }
   }

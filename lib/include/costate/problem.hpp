@@ -51,7 +51,7 @@ struct ArcPoint {
   const ArcRecord* record;
   double t;  ///< the problem's time, 0 at the start of the first arc
   Eigen::VectorXd state, quadrature;
-  double own = 0.0;  ///< the arc's own variable of integration, see ArcStart
+  double own;  ///< the arc's own variable of integration, see ArcStart
 };
 
 /// A shooting problem. Implementations hold the fields of their arcs; evaluation never changes them.

@@ -124,18 +124,18 @@ struct SlopePoint {
   [[nodiscard]] S slowness() const { return gamma / (q * q); }
 };
 
-/// An arc as it is integrated, over σ ∈ [0, 1], τ = τ₁ + Δ (1 − σ): no state, w = (t, x, y, ∫ cos³θ ds, σ), where σ tells an
-/// observer the place; p = (θ₂, τ₁, Δ, v_f, push x, push y, push cubic). The turn Δ is positive where the path curves to the
-/// left; τ₁ is left to turn at the arc's end.
+/// An arc as it is integrated, over σ ∈ [0, 1], τ = τ₁ + Δ (1 − σ): no state, w = (t, x, y, ∫ cos³θ ds),
+/// p = (θ₂, τ₁, Δ, v_f, push x, push y, push cubic). The turn Δ is positive where the path curves to the left; τ₁ is left to
+/// turn at the arc's end.
 struct SlopeArc {
-  static constexpr int states = 0, parameters = 7, quadratures = 5;
+  static constexpr int states = 0, parameters = 7, quadratures = 4;
   template <class S>
-  Rates<S, 0, 5> rates(const S& sigma, const Vec<S, 0>&, const Vec<S, 7>& p) const {
+  Rates<S, 0, 4> rates(const S& sigma, const Vec<S, 0>&, const Vec<S, 7>& p) const {
     const auto& [theta2, left, turn, end_speed, push_x, push_y, cubic] = p;
     const SlopePoint<S> at(Push<S>{push_x, push_y, cubic}, theta2, left + turn * (1.0 - sigma));
     const S time = turn * end_speed * at.slowness();
     const S length = time * end_speed * at.speed_ratio();
-    return {{}, {time, length * at.cosine, length * at.sine, length * at.cosine * at.cosine * at.cosine, S(1.0)}};
+    return {{}, {time, length * at.cosine, length * at.sine, length * at.cosine * at.cosine * at.cosine}};
   }
 };
 

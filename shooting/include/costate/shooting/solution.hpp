@@ -64,6 +64,8 @@ struct ArcTrace {
   /// is a search for the point at which the time quadrature, which is monotone, has the wanted value.
   [[nodiscard]] double time(double own) const;
   [[nodiscard]] double own(double time) const;
+  /// The arc at a value of its own variable.
+  [[nodiscard]] ArcPoint point(double own) const;
 };
 
 struct Solution {
