@@ -2,6 +2,7 @@
 #include "curvature/curvature_scene.hpp"
 #include "runge_kutta.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -14,24 +15,20 @@ namespace {
 using curvature::Scene;
 using tools::Outcome;
 
-/// Scenes whose end point lies above the free flight that starts with the given slope (below it the bead would have to brake first,
-/// which the tool does not undertake), or with a free slope: v₀ 0.1 … 40 m/s, a 0.1 … 50 m, b −50 m … a/4, slope −1.5 … 0.3 rad
-/// or, one in five, free, μ 0 … 1, β −1e-2 … −1e-4 s⁴/m² (|β|g² from 0.01 to 1).
+/// v₀ 0.1 … 40 m/s, a 0.1 … 50 m, b −50 m … a/4, slope −1.5 … 0.3 rad or, one in five, free, μ 0 … 1,
+/// β −1e-2 … −1e-4 s⁴/m² (|β|g² from 0.01 to 1).
 Scene draw(std::mt19937_64& random) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  while (true) {
-    Scene scene;
-    scene.speed = 0.1 * std::pow(400.0, uniform(random));
-    scene.x = 0.1 * std::pow(500.0, uniform(random));
-    scene.y = -50.0 + (0.25 * scene.x + 50.0) * uniform(random);
-    const double slope = -1.5 + 1.8 * uniform(random);
-    const bool free = uniform(random) < 0.2;
-    scene.mu = uniform(random);
-    scene.beta = -1e-4 * std::pow(100.0, uniform(random));
-    scene.slope = free ? std::nullopt : std::optional(slope);
-    const double across = scene.x / (scene.speed * std::cos(slope));
-    if (free || scene.y > scene.x * std::tan(slope) - 0.5 * scene.gravity * across * across) return scene;
-  }
+  Scene scene;
+  scene.speed = 0.1 * std::pow(400.0, uniform(random));
+  scene.x = 0.1 * std::pow(500.0, uniform(random));
+  scene.y = -50.0 + (0.25 * scene.x + 50.0) * uniform(random);
+  const double slope = -1.5 + 1.8 * uniform(random);
+  const bool free = uniform(random) < 0.2;
+  scene.mu = uniform(random);
+  scene.beta = -1e-4 * std::pow(100.0, uniform(random));
+  scene.slope = free ? std::nullopt : std::optional(slope);
+  return scene;
 }
 
 /// Largest relative defect of a solution: from each of many points the full state and costate equations are integrated in time to
@@ -87,6 +84,10 @@ double defect(const Scene& scene, const Solution& solution) {
   return worst;
 }
 
+bool contains_limit(const Outcome& outcome, const std::string& name) {
+  return std::any_of(outcome.limits.begin(), outcome.limits.end(), [&](const auto& limit) { return limit.name == name; });
+}
+
 TEST(CurvatureSweep, RandomScenesAreSolvedOrOutOfReach) {
   const char* wanted = std::getenv("COSTATE_SCENES");
   const int scenes = wanted != nullptr ? std::atoi(wanted) : 40;
@@ -110,7 +111,7 @@ TEST(CurvatureSweep, RandomScenesAreSolvedOrOutOfReach) {
       // The accuracy asked for, times what a piece may amplify it by.
       EXPECT_LT(d, 1e-5) << text;
     } else if (outcome.status == Outcome::Status::infeasible) {
-      ++count["out of reach"];
+      ++count[contains_limit(outcome, "time_infimum") ? "no minimum: below the free flight" : "out of reach"];
     } else {
       ++failed;
       fmt::print("{} | {:.0f} ms | {}\n", text, 1e3 * outcome.cost.seconds, outcome.message);
@@ -118,8 +119,9 @@ TEST(CurvatureSweep, RandomScenesAreSolvedOrOutOfReach) {
   }
   for (const auto& [kind, n] : count) fmt::print("{:4} {}\n", n, kind);
   fmt::print("{:4} failed of {}; worst defect {:.1e}; slowest {:.2f} s\n", failed, scenes, worst, slowest);
-  // Where it fails: long falls that end in contact on a nearly vertical wire, and end points at the very border of the reach.
-  EXPECT_LE(failed, std::max(1, scenes * 3 / 200));
+  // Where it fails: long falls that end in contact on a nearly vertical wire, end points at the very border of the reach, and end
+  // points below the free flight with an upward slope, tan θ₀ > μ, where the infimum is not known.
+  EXPECT_LE(failed, std::max(1, scenes / 50));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "curvature/plan.hpp"
 #include "curvature/reach.hpp"
 #include "curvature/transcription.hpp"
+#include "runge_kutta.hpp"
 
 #include <costate/flow.hpp>
 #include <costate/models/cycloid.hpp>
@@ -12,6 +13,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <random>
 
 namespace costate::test {
 namespace {
@@ -232,6 +234,56 @@ TEST(Curvature, NoMotionIsAboveTheBoundOnTheReach) {
       EXPECT_GT(highest, bound - 0.5 * x) << x << ' ' << mu;
     }
   }
+}
+
+// Below the free flight: the time of a slower bead, as if braked at once, comes down to the infimum as its speed comes up to that
+// which flies to the end point.
+TEST(Curvature, BrakingAtOnceApproachesTheInfimum) {
+  const Scene scene{4.0, -6.0, 8.0, -0.5, 0.2, -1e-3, 9.8};
+  const Outcome refused = curvature::solve_scene(scene, {});
+  ASSERT_EQ(refused.status, Outcome::Status::infeasible) << refused.message;
+  const double infimum = refused.limits.back().value.value();
+  ASSERT_EQ(refused.limits.back().name, "time_infimum");
+  const double flying = scene.x / (infimum * std::cos(*scene.slope));
+  ASSERT_LT(flying, scene.speed);
+  double excess = std::numeric_limits<double>::infinity();
+  for (const double below : {0.1, 0.03, 0.01, 0.003}) {
+    Scene braked = scene;
+    braked.speed = (1.0 - below) * flying;
+    const Outcome outcome = curvature::solve_scene(braked, {});
+    ASSERT_TRUE(outcome.solved()) << outcome.message;
+    const double now = outcome["final_time"].value - infimum;
+    EXPECT_GT(now, 0.0) << below;
+    EXPECT_LT(now, 0.5 * excess) << below;
+    excess = now;
+  }
+  EXPECT_LT(excess, 0.01 * infimum);
+}
+
+// No motion beats the infimum: whatever the normal force, b + g t²/2 ≥ a tan θ₀ at every point on the way while |θ| ≤ π/2.
+TEST(Curvature, NoMotionGetsBelowTheFreeFlight) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const double g = 9.8;
+  int far = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double mu = uniform(random), beta = -1e-4 * std::pow(100.0, uniform(random));
+    const double slope = -1.5 + (1.5 + std::atan(mu)) * uniform(random);
+    std::array<double, 4> q{0.0, 0.0, 0.5 + 10.0 * uniform(random), slope};  // x, y, v, θ
+    double t = 0.0;
+    for (int piece = 0; piece < 12; ++piece) {
+      const double h = uniform(random) < 0.4 ? 0.0 : 25.0 * uniform(random), span = 0.1 * uniform(random);
+      q = runge_kutta<4>([&](double, const std::array<double, 4>& z) {
+        const double K = z[2] > 0.05 ? -mu * h + beta * h * h * h : 0.0;  // a bead that stands is not braked
+        return std::array{z[2] * std::cos(z[3]), z[2] * std::sin(z[3]), -g * std::sin(z[3]) + K, (h - g * std::cos(z[3])) / z[2]};
+      }, t, t + span, q, 1e-10);
+      t += span;
+      if (!(std::abs(q[3]) <= std::numbers::pi / 2 && q[2] > 0.1)) break;
+      EXPECT_GE(q[1] + 0.5 * g * t * t, q[0] * std::tan(slope) - 1e-8) << i << ", piece " << piece;
+      ++far;
+    }
+  }
+  EXPECT_GT(far, 500);
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <fmt/format.h>
+#include <limits>
 #include <numbers>
 
 namespace costate::curvature {
@@ -139,7 +139,8 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
       flight && scene.y < *flight
           ? fmt::format(
                 "no motion to the end point was found: y = {:g} m lies below the free flight with the given slope, "
-                "{:.6g} m, so the bead would have to brake first; try a steeper slope or --slope free",
+                "{:.6g} m, so the bead would have to brake at once, and then the fastest motion is not known to exist; try a "
+                "steeper slope or --slope free",
                 scene.y, *flight)
           : fmt::format(
                 "no motion to the end point was found, though y = {:g} m is not shown to be out of reach; "
@@ -170,6 +171,14 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     outcome.message = fmt::format(
         "y = {:g} m is out of reach: with this speed and friction no bead rises to y_max = {:.12g} m at x = {:g} m", scene.y,
         highest, scene.x);
+  } else if (const std::optional<Braking> braking = braking_infimum(scaled(scene))) {
+    const double flight = *flight_height(scene), infimum = braking->time * scene.speed / scene.gravity;
+    outcome.status = Outcome::Status::infeasible;
+    outcome.limits = {{"y_max", "m", highest}, {"y_flight", "m", flight}, {"time_infimum", "s", infimum}};
+    outcome.message = fmt::format(
+        "y = {:g} m has no minimum: it lies below y_flight = {:.12g} m, the free flight with the given slope; the harder the bead "
+        "brakes at the start, to {:.6g} m/s, and then flies, the closer it comes to time_infimum = {:.12g} s, which no motion attains",
+        scene.y, flight, braking->speed * scene.speed, infimum);
   } else {
     outcome.limits = {{"y_max", "m", highest}};
     search(scene, options, outcome);

@@ -53,4 +53,14 @@ double reach_bound(const ScaledScene& scene) {
   return high;
 }
 
+std::optional<Braking> braking_infimum(const ScaledScene& scene) {
+  if (!scene.slope || !(std::tan(*scene.slope) <= scene.mu)) return std::nullopt;
+  const double cosine = std::cos(*scene.slope), drop = scene.x * std::tan(*scene.slope) - scene.y;
+  if (!(drop > 0.0)) return std::nullopt;
+  const Braking braking{std::sqrt(2.0 * drop), scene.x / (std::sqrt(2.0 * drop) * cosine)};
+  // On the flight itself, up to rounding, the flight is the answer.
+  constexpr double rounding = 1e-12;
+  return braking.speed < 1.0 - rounding ? std::optional(braking) : std::nullopt;
+}
+
 }  // namespace costate::curvature
