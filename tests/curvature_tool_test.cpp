@@ -49,8 +49,16 @@ TEST_F(CurvatureTool, SceneWithoutSolutionIsStatusThreeAndNamesTheLimit) {
   EXPECT_LT(result["limits"]["y_max"].get<double>(), 0.3);
 }
 
-TEST_F(CurvatureTool, SceneThatNeedsBrakingIsStatusFour) {
+TEST_F(CurvatureTool, SceneWithoutAnAttainedMinimumIsStatusThreeAndNamesTheInfimum) {
   const Ended got = run({"--x", "0.3", "--y", "-20", "--speed", "10"});
+  EXPECT_EQ(got.status, 3);
+  EXPECT_EQ(got.out, "");
+  for (const char* part : {"y_flight", "time_infimum"}) EXPECT_TRUE(contains(got.err, part)) << got.err;
+}
+
+// A very fast bead can brake first, which the search does not try: then it must not claim that the end is out of reach.
+TEST_F(CurvatureTool, FastBeadIsStatusFour) {
+  const Ended got = run({"--speed", "10000"});
   EXPECT_EQ(got.status, 4);
   EXPECT_EQ(got.out, "");
   EXPECT_TRUE(contains(got.err, "; try ")) << got.err;

@@ -42,7 +42,7 @@ std::vector<double> CurvatureProblem::observe(const ArcPoint& point, const std::
 std::vector<PathCheck> CurvatureProblem::check(const ArcPoint& point, const std::vector<double>&) const {
   const Observed at = observed(point);
   // λv > 0 makes H concave in h: with it H_u = 0 (contact), or H_h ≤ 0 at h = 0 (ballistic), is the maximum over all h ≥ 0.
-  std::vector<PathCheck> checks{{"Hamiltonian", PathCheck::Kind::zero, at.hamiltonian},
+  std::vector<PathCheck> checks{{"Hamiltonian over the size of its terms", PathCheck::Kind::zero, at.hamiltonian},
                                 {"lambda_v (Legendre-Clebsch)", PathCheck::Kind::nonnegative, at.lambda_v * at.v}};
   if (arcs_[static_cast<std::size_t>(point.record->arc)].kind == ArcKind::contact) {
     checks.push_back({"normal force on a contact arc", PathCheck::Kind::nonnegative, at.eta});
@@ -76,8 +76,10 @@ Observed CurvatureProblem::observed(const ArcPoint& point) const {
   }
   const double cosine = std::cos(at.theta), sine = std::sin(at.theta);
   const double k = at.eta * (motion.beta * at.eta * at.eta - motion.mu);
-  at.hamiltonian = at.v * (motion.lambda_x * cosine + motion.lambda_y * sine) + at.lambda_v * (k - sine) +
-                   at.lambda_theta * (at.eta - cosine) / at.v - 1.0;
+  // Of the size of its terms: near the start of a fast bead they are large and cancel.
+  const double along = at.v * (motion.lambda_x * cosine + motion.lambda_y * sine), push = at.lambda_v * (k - sine);
+  const double turn = at.lambda_theta * (at.eta - cosine) / at.v;
+  at.hamiltonian = (along + push + turn - 1.0) / (1.0 + std::abs(along) + std::abs(push) + std::abs(turn));
   return at;
 }
 

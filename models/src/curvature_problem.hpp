@@ -33,7 +33,8 @@ struct Constants {
 
 /// Everything known at a point of an arc, in units of v_f and g.
 struct Observed {
-  double v, theta, eta, lambda_v, lambda_theta, hamiltonian;
+  double v, theta, eta, lambda_v, lambda_theta;
+  double hamiltonian;  ///< over the size of its terms
 };
 
 /// See make_problem.

@@ -103,7 +103,7 @@ class Solver {
     } catch (const LeftDomain&) {
       // The first guess itself is outside the domain: the message above says where.
     }
-    solution_.message += "; try a start closer to the solution, or continuation from a solved scene";
+    solution_.message += "; try " + options_.advice;
     return false;
   }
 
@@ -206,8 +206,8 @@ class Solver {
     solution_.certificate.condition = singular[0] / singular[singular.size() - 1];
     if (solution_.certificate.condition < 1e14) return true;
     solution_.message = fmt::format("the Jacobian is singular at the root found (condition {:.1e}): the solution is not "
-                                    "isolated; try another scene or structure",
-                                    solution_.certificate.condition);
+                                    "isolated; try {}",
+                                    solution_.certificate.condition, options_.advice);
     return false;
   }
 

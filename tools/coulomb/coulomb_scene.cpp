@@ -87,8 +87,8 @@ std::string why_not(Curve curve, const Scene& scene, const Descent& descent) {
         name_of(curve), descent.stop_x, descent.stop_y, scene.friction, descent.limit);
   }
   return fmt::format(
-      "there is no curve of the family {} through both points for mu = {:.12g}: mu must be {} mu_finish = {:.12g}",
-      name_of(curve), scene.friction, curve == Curve::gladkov ? "at most" : "below", descent.limit);
+      "there is no curve of the family {} through both points for mu = {:.12g}: mu must be below mu_finish = {:.12g}",
+      name_of(curve), scene.friction, descent.limit);
 }
 
 }  // namespace

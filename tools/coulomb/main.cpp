@@ -27,7 +27,7 @@ constexpr const char* conventions =
     "without friction),\n"
     "parabola y/H = (1 + epsilon)(x/L) - epsilon (x/L)^2, circle (straight down at the start), gladkov (x' = cos^2(beta) "
     "exp(4 mu beta),\n"
-    "y' = sin(beta) cos(beta) exp(4 mu beta); needs 2 mu <= drop/span). mu_finish: from there on the bead does not arrive.\n"
+    "y' = sin(beta) cos(beta) exp(4 mu beta); needs 2 mu < drop/span). mu_finish: from there on the bead does not arrive.\n"
     "Exit status: 0 solved, 2 bad input, 3 the scene has no solution (or the bead stops), 4 not solved.";
 
 tools::Heading heading_of(const coulomb::Scene& scene, const std::string& curve, double epsilon) {
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-coulomb", [&] {
-    const SolveOptions options{.accuracy = line.accuracy};
+    const SolveOptions options{.accuracy = line.accuracy, .advice = "a larger --accuracy"};
     if (compare && (!line.csv.empty() || curve != "optimal")) {
       throw BadInput(fmt::format("--compare and {} exclude each other", line.csv.empty() ? "--curve" : "--csv"));
     }

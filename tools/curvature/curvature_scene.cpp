@@ -122,9 +122,10 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
   outcome.status = Outcome::Status::failed;
   outcome.message = why;
   if (!why.empty()) return;
-  // The height is that of a grid, and weighs a little time against it.
-  constexpr double margin = 0.02;
-  if (found.highest && *found.highest + margin * std::hypot(units.x, units.y) < units.y) {
+  // The height is that of a grid, and weighs a little time against it. It is evidence only where energy is scarce: a fast bead can
+  // brake first, which the search does not try.
+  constexpr double margin = 0.02, scarce = 0.1;
+  if (found.highest && std::hypot(units.x, units.y) > scarce && *found.highest + margin * std::hypot(units.x, units.y) < units.y) {
     const double highest = *found.highest * scene.speed * scene.speed / scene.gravity;
     outcome.status = Outcome::Status::infeasible;
     outcome.limits.push_back({"y_highest", "m", highest});

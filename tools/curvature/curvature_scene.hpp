@@ -18,7 +18,8 @@ namespace costate::curvature {
 /// Infeasible are β ≥ 0, where there is no minimum; end points above `y_max`, a bound on the reach that holds for all motions (see
 /// reach_bound); and end points below the free flight with the given slope, where braking at once gives an infimum that no motion
 /// attains (see braking_infimum). Below y_max an end point is also called infeasible where the search for the highest motion ends,
-/// from three starts or more, at one height `y_highest` more than 2 % of the distance below it: evidence, not proof. Without friction
+/// from three starts or more, at one height `y_highest` more than 2 % of the distance below it, unless the bead is fast (distance below 0.1 v₀²/g):
+/// evidence, not proof. Without friction
 /// and with a free slope the cycloid is delivered in closed form. What is refused as failed are end points that no start led to.
 [[nodiscard]] tools::Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 

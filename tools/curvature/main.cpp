@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-curvature-friction", [&] {
-    const tools::Outcome outcome = curvature::solve_scene(scene, {.accuracy = line.accuracy});
+    const tools::Outcome outcome = curvature::solve_scene(scene, {.accuracy = line.accuracy, .advice = "a nearer end point, --slope free or stronger |beta|"});
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
   });
 }

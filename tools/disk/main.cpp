@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-disk", [&] {
-    const disk::Outcome outcome = disk::solve_scene(scene, {.accuracy = line.accuracy});
+    const disk::Outcome outcome = disk::solve_scene(scene, {.accuracy = line.accuracy, .advice = "a nearer end point or a larger friction coefficient"});
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
   });
 }

@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-drag", [&] {
-    const tools::Outcome outcome = drag::solve_scene(scene, {.accuracy = line.accuracy});
+    const tools::Outcome outcome = drag::solve_scene(scene, {.accuracy = line.accuracy, .advice = "a nearer end point or other friction"});
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
   });
 }

@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-normal-friction", [&] {
-    const tools::Outcome outcome = normal_friction::solve_scene(scene, {.accuracy = line.accuracy});
+    const tools::Outcome outcome = normal_friction::solve_scene(scene, {.accuracy = line.accuracy, .advice = "a nearer end point or other friction"});
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
   });
 }

@@ -19,6 +19,8 @@ struct SolveOptions {
   int max_iterations = 50;  ///< of Newton's method, per tolerance
   double max_step = 1.0;    ///< of Newton's method, in scaled unknowns
   bool line_search = true;
+  /// What the message of a failed solve says to try.
+  std::string advice = "a start closer to the solution, or continuation from a solved scene";
 };
 
 /// Solves R(y) = 0 from the guess `start`.
