@@ -29,8 +29,9 @@ struct SolveOptions {
 /// fifty times tighter (twenty, where it is as tight as can be), whose Newton correction δ = J⁻¹R is applied, and by a second one
 /// at yet another tolerance that follows the states alone. The error bound is |δ|, plus what the two disagree by with a
 /// margin, plus what rounding of the rows is worth: an estimate, not a proof. If the bound exceeds the accuracy the tolerance
-/// is tightened and the solve goes on; if doubles cannot reach it, the status is failed and the message gives the best bound.
-/// After that every unknown must lie in its domain and every path check must hold, else the root is refused.
+/// is tightened and the solve goes on (at the tightest the root is corrected once more); if doubles cannot reach it, the status is
+/// failed and the message gives the best bound. After that every unknown must lie in its domain and every path check must hold, else
+/// the root is refused.
 ///
 /// \throws BadInput for an accuracy out of range or a start of the wrong size. Failure to converge is a Solution, not a throw.
 [[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& start,
