@@ -84,6 +84,16 @@ class Seeding {
 
 }  // namespace
 
+const char* describe(EventKind kind) {
+  switch (kind) {
+    case EventKind::fold: return "fold";
+    case EventKind::arc_birth: return "arc birth";
+    case EventKind::arc_death: return "arc death";
+    case EventKind::limit: return "limit";
+  }
+  return "";
+}
+
 void FlowCache::set_options(const FlowOptions& options) {
   options_ = options;
   for (auto& [field, flow] : flows_) flow.set_options(options);

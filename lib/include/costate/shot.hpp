@@ -50,6 +50,23 @@ struct Report {
   Jet value;
 };
 
+/// What can happen to a solution as a parameter moves.
+enum class EventKind {
+  fold,       ///< the branch turns back in the parameter
+  arc_birth,  ///< a constraint is touched, or a multiplier or switching function changes its sign: an arc is needed there
+  arc_death,  ///< the duration of an arc reaches zero
+  limit,      ///< there is no solution beyond
+};
+[[nodiscard]] const char* describe(EventKind kind);
+
+/// A quantity that is positive as long as the arc structure is right. Along a branch its zero is an event of the given kind. The
+/// value is a jet, so that the place of the zero can be solved for.
+struct Guard {
+  EventKind kind = EventKind::arc_birth;
+  std::string name;  ///< what vanishes: "duration of arc 2", "friction left at the end"
+  Jet value;
+};
+
 /// Integrators by field; shared by all shots of one problem so that memory is allocated once.
 class FlowCache {
  public:
@@ -78,6 +95,8 @@ class Shot {
   void report(std::string name, std::string unit, const Jet& value) {
     reports_.push_back({std::move(name), std::move(unit), value});
   }
+  /// Guards keep their number and order as long as the structure is the same.
+  void guard(EventKind kind, std::string name, const Jet& value) { guards_.push_back({kind, std::move(name), value}); }
 
   /// Called last, for those who observe the arcs. Where these were integrated outward from an inner point, `origin` is added to
   /// every recorded quadrature; the problem's constants of motion are kept with every arc; and `time_unit` says how long the unit
@@ -86,6 +105,7 @@ class Shot {
 
   [[nodiscard]] const std::vector<Jet>& rows() const { return rows_; }
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
+  [[nodiscard]] const std::vector<Guard>& guards() const { return guards_; }
   [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
 
  private:
@@ -94,6 +114,7 @@ class Shot {
   FlowCache* flows_;
   std::vector<Jet> unknowns_, parameters_, rows_;
   std::vector<Report> reports_;
+  std::vector<Guard> guards_;
   std::vector<ArcRecord> arcs_;
 };
 
