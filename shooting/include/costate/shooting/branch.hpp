@@ -25,14 +25,14 @@ struct BranchReport {
 };
 
 struct BranchPoint {
-  double parameter = 0.0;             ///< p
-  Eigen::VectorXd y;                  ///< unknowns of the stretch's problem
-  Eigen::VectorXd tangent;            ///< du/ds, unit length in scaled unknowns; p comes last
-  std::vector<BranchReport> unknowns; ///< y with dy/dp, named
-  std::vector<BranchReport> reports;  ///< final time, switching times, …
-  std::size_t stretch = 0;            ///< the part of the branch it belongs to
-  bool requested = false;             ///< the parameter has a value that was asked for
-  int iterations = 0;                 ///< of Newton's method
+  double parameter = 0.0;              ///< p
+  Eigen::VectorXd y;                   ///< unknowns of the stretch's problem
+  Eigen::VectorXd tangent;             ///< du/ds, unit length in scaled unknowns; p comes last
+  std::vector<BranchReport> unknowns;  ///< y with dy/dp, named
+  std::vector<BranchReport> reports;   ///< final time, switching times, …
+  std::size_t stretch = 0;             ///< the part of the branch it belongs to
+  bool requested = false;              ///< the parameter has a value that was asked for
+  int iterations = 0;                  ///< of Newton's method
 };
 
 /// A part of a branch with one arc structure.
@@ -46,8 +46,10 @@ struct BranchEvent {
   EventKind kind = EventKind::fold;
   std::string name;  ///< what vanishes there
   BranchPoint point;
-  std::string before, after;  ///< names of the structures on both sides
-  double residual = 0.0;      ///< size of the last correction of the parameter: how well its place is known
+  std::string before, after;  ///< names of the structures on both sides; `after` is empty where the branch ends
+  double error_bound =
+      0.0;  ///< of its parameter: what locating it again with integrations a hundred times tighter has changed
+  std::size_t position = 0;  ///< points of the branch before it
 };
 
 struct Branch {
@@ -62,9 +64,9 @@ struct Branch {
 /// A structure to go on with, after a guard has vanished.
 struct Successor {
   std::shared_ptr<const Problem> problem;
-  Eigen::VectorXd y;     ///< near its solution at which the guard `opening` has the value `size`
-  std::string opening;   ///< the guard of the new problem that vanishes at the event and is positive beyond
-  double size = 0.0;     ///< value of that guard at the first point of the new stretch
+  Eigen::VectorXd y;    ///< near its solution at which the guard `opening` has the value `size`
+  std::string opening;  ///< the guard of the new problem that vanishes at the event and is positive beyond
+  double size = 0.0;    ///< value of that guard at the first point of the new stretch
 };
 
 /// Where a structure ends: handed to the model.
@@ -80,16 +82,16 @@ struct Junction {
 using Restructure = std::function<std::vector<Successor>(const Junction& junction)>;
 
 struct TraceOptions {
-  double tolerance = 1e-11;          ///< of the integrations; Newton's corrections end at 100 times that
-  std::vector<double> landings{};    ///< values of the parameter to land on exactly
-  double first_step = 0.05;          ///< arclength, in units of the scaled unknowns and of |to − from|
-  double largest_step = 0.2;
+  double tolerance = 1e-11;        ///< of the integrations; Newton's corrections end at 100 times that
+  std::vector<double> landings{};  ///< values of the parameter to land on exactly
+  double first_step = 0.05;        ///< arclength, in units of the scaled unknowns and of |to − from|
+  double largest_step = 0.5;
   double smallest_step = 1e-7;
-  bool through_folds = true;         ///< else the branch ends at the first fold
+  bool through_folds = true;  ///< else the branch ends at the first fold
   int max_points = 2000;
   int max_events = 50;
-  int max_iterations = 8;            ///< of Newton's method at one point
-  long max_steps = 4000;             ///< of the integrator, per arc
+  int max_iterations = 8;                ///< of Newton's method at one point
+  long max_steps = 4000;                 ///< of the integrator, per arc
   long max_integration_steps = 2000000;  ///< of the whole branch
 };
 
@@ -97,9 +99,9 @@ struct TraceOptions {
 /// exactly. A branch that comes back to the parameter it started from, beyond a fold, ends there. Failure to go on is a Branch
 /// that has not `reached`, with what was found.
 /// \throws BadInput for an unknown parameter, a start of the wrong size, values that are not finite, or `to` equal to the start.
-[[nodiscard]] Branch trace(std::shared_ptr<const Problem> problem, const std::vector<double>& parameters, const Eigen::VectorXd& y,
-                           const std::string& parameter, double to, const TraceOptions& options = {},
-                           const Restructure& restructure = {});
+[[nodiscard]] Branch trace(std::shared_ptr<const Problem> problem, const std::vector<double>& parameters,
+                           const Eigen::VectorXd& y, const std::string& parameter, double to,
+                           const TraceOptions& options = {}, const Restructure& restructure = {});
 
 /// Goes on from a point of a branch, in the direction of its tangent (or against it).
 [[nodiscard]] Branch restart(const Branch& branch, std::size_t point, double to, const TraceOptions& options = {},

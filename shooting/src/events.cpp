@@ -1,0 +1,280 @@
+/// What happens on a branch: folds and zeros of guards, located and passed.
+#include "tracer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate {
+
+namespace {
+
+/// A zero closer than this to a fold, in arclength, is what turns the branch back.
+constexpr double same_place = 1e-4;
+/// Events are located with integrations tighter by this than those of the branch.
+constexpr double tighter = 0.01;
+
+/// The point of a bracketed root of f between a (value fa) and b (value fb): the Illinois variant of the false position. `f` gives nothing
+/// where it cannot be evaluated.
+template <class F>
+std::optional<double> root(const F& f, double a, double fa, double b, double fb, double small) {
+  constexpr int most = 60;
+  std::optional<double> best;
+  for (int i = 0; i < most; ++i) {
+    const double middle = std::clamp((a * fb - b * fa) / (fb - fa), std::min(a, b), std::max(a, b));
+    const std::optional<double> value = f(middle);
+    if (!value) return best;
+    best = middle;
+    if (std::abs(*value) <= small || std::abs(b - a) <= 1e-15) return best;
+    if ((*value < 0.0) == (fb < 0.0)) {
+      fa *= 0.5;
+    } else {
+      a = b;
+      fa = fb;
+    }
+    b = middle;
+    fb = *value;
+  }
+  return best;
+}
+
+/// Values by parameter name: those of the old problem where it has the parameter, else the new problem's own.
+std::vector<double> carried_over(const Problem& old, const std::vector<double>& values, const Problem& next) {
+  std::vector<double> result;
+  for (const Parameter& parameter : next.parameters()) {
+    const auto& all = old.parameters();
+    const auto same = std::find_if(all.begin(), all.end(), [&](const Parameter& p) { return p.name == parameter.name; });
+    result.push_back(same == all.end() ? parameter.value : values[static_cast<std::size_t>(same - all.begin())]);
+  }
+  return result;
+}
+
+}  // namespace
+
+/// The first of what happens between the present point and the next.
+std::optional<Tracer::Incident> Tracer::first_incident(const CurvePoint& next) {
+  std::optional<Incident> first;
+  for (Eigen::Index i = 0; i < next.guards.size(); ++i) {
+    if (next.guards[i] >= 0.0) continue;
+    Incident zero = locate_zero(next, static_cast<std::size_t>(i));
+    if (!first || zero.s < first->s) first = std::move(zero);
+  }
+  if ((next.tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0)) {
+    std::optional<Incident> fold = locate_fold(next);
+    if (fold && (!first || fold->s < first->s - same_place)) return fold;
+  }
+  return first;
+}
+
+std::optional<CurvePoint> Tracer::at(double s, const CurvePoint& next) {
+  // On the chord, moved along it to the plane at s: a prediction of second order is not worth its code here.
+  const double whole = (next.u - here_.u).dot(here_.tangent);
+  const Eigen::VectorXd predicted = here_.u + s / whole * (next.u - here_.u);
+  return curve_->correct(predicted, {.kind = Constraint::Kind::plane, .normal = here_.tangent}, here_.tangent, corrector());
+}
+
+std::optional<Tracer::Incident> Tracer::locate_fold(const CurvePoint& next) {
+  const Eigen::Index n = curve_->size();
+  const double whole = (next.u - here_.u).dot(here_.tangent);
+  std::optional<CurvePoint> found;
+  const auto rate = [&](double s) -> std::optional<double> {
+    auto point = at(s, next);
+    if (!point) return std::nullopt;
+    found = std::move(point);
+    return found->tangent[n];
+  };
+  // Near a fold p = p* + O(t_p²), t_p the tangent's component: the square root of rounding is enough.
+  constexpr double small = 1e-9;
+  const auto s = root(rate, 0.0, here_.tangent[n], whole, next.tangent[n], small);
+  if (!s) return std::nullopt;
+  Incident fold{.s = *s, .point = std::move(found)};
+  // Once more with tighter integrations, between neighbours of the place found.
+  curve_->set_flow_options(flow_options(tighter));
+  const double beside = std::min(1e-3 * whole, 1e-3);
+  const double before = std::max(0.0, *s - beside), after = std::min(whole, *s + beside);
+  const auto low = rate(before), high = rate(after);
+  if (low && high && (*low < 0.0) != (*high < 0.0) && root(rate, before, *low, after, *high, small)) {
+    fold.error_bound = std::abs(curve_->parameter(found->u) - curve_->parameter(fold.point->u));
+    fold.point = std::move(found);
+  }
+  curve_->set_flow_options(flow_options());
+  return fold;
+}
+
+Tracer::Incident Tracer::locate_zero(const CurvePoint& next, std::size_t guard) {
+  const auto i = static_cast<Eigen::Index>(guard);
+  const double whole = (next.u - here_.u).dot(here_.tangent);
+  const double before = std::max(here_.guards[i], 0.0), after = next.guards[i];
+  Incident zero{.kind = next.shot->guards()[guard].kind, .guard = guard};
+  const double part = before / (before - after);
+  const Constraint constraint{.kind = Constraint::Kind::guard, .value = 0.0, .guard = guard};
+  auto found = curve_->correct(here_.u + part * (next.u - here_.u), constraint, here_.tangent, corrector());
+  constexpr double outside = 0.1;
+  if (found) zero.s = (found->u - here_.u).dot(here_.tangent);
+  zero.sure = found.has_value();
+  if (!found || zero.s < -outside * whole || zero.s > (1.0 + outside) * whole) {
+    zero.sure = false;
+    found.reset();
+    const auto value = [&](double s) -> std::optional<double> {
+      auto point = at(s, next);
+      if (!point) return std::nullopt;
+      found = std::move(point);
+      return found->guards[i];
+    };
+    zero.s = root(value, 0.0, before, whole, after, 1e-13).value_or(part * whole);
+  }
+  zero.point = found ? std::move(found) : next;
+  sharpen(zero);
+  return zero;
+}
+
+void Tracer::sharpen(Incident& zero) {
+  if (!zero.sure) return;
+  curve_->set_flow_options(flow_options(tighter));
+  CorrectorOptions tight = corrector();
+  tight.tolerance *= tighter;
+  auto point = curve_->correct(zero.point->u, {.kind = Constraint::Kind::guard, .value = 0.0, .guard = zero.guard},
+                               here_.tangent, tight);
+  curve_->set_flow_options(flow_options());
+  if (!point) return;
+  zero.error_bound = std::abs(curve_->parameter(point->u) - curve_->parameter(zero.point->u));
+  zero.point = std::move(point);
+}
+
+Tracer::Step Tracer::pass_fold(const Incident& fold) {
+  const std::string structure = structure_name(curve_->problem());
+  branch_.events.push_back({.kind = EventKind::fold,
+                            .name = "the branch turns back",
+                            .point = describe(*fold.point),
+                            .before = structure,
+                            .after = structure,
+                            .error_bound = fold.error_bound,
+                            .position = branch_.points.size()});
+  if (options_.through_folds) return Step::goes_on;
+  return end("the branch turns back at a fold: there is no solution of this family beyond");
+}
+
+/// The guards that vanish with the one that was located, which comes first.
+std::vector<std::size_t> Tracer::zeros_at(const Incident& zero) const {
+  constexpr double together = 1e-9;  // in arclength
+  std::vector<std::size_t> zeros{zero.guard};
+  const CurvePoint& at = *zero.point;
+  for (Eigen::Index i = 0; i < at.guards.size(); ++i) {
+    if (static_cast<std::size_t>(i) == zero.guard || at.guard_rates[i] >= 0.0) continue;
+    if (at.guards[i] <= together * std::max(1.0, -at.guard_rates[i])) zeros.push_back(static_cast<std::size_t>(i));
+  }
+  return zeros;
+}
+
+Tracer::Step Tracer::change_structure(const Incident& zero) {
+  const Guard& guard = zero.point->shot->guards()[zero.guard];
+  branch_.events.push_back({.kind = guard.kind,
+                            .name = guard.name,
+                            .point = describe(*zero.point),
+                            .before = structure_name(curve_->problem()),
+                            .after = {},
+                            .error_bound = zero.error_bound,
+                            .position = branch_.points.size()});
+  const std::size_t place = branch_.events.size() - 1;
+  if (static_cast<int>(branch_.events.size()) >= options_.max_events) {
+    return end(fmt::format("given up after {} events", branch_.events.size()));
+  }
+  std::vector<Successor> candidates;
+  if (restructure_ && guard.kind != EventKind::limit) {
+    const Eigen::VectorXd y = curve_->unknowns(zero.point->u);
+    const std::vector<std::size_t> zeros = zeros_at(zero);
+    std::vector<double> parameters = curve_->parameters();
+    parameters[curve_->place()] = curve_->parameter(zero.point->u);
+    candidates = restructure_({curve_->problem(), parameters, y, *zero.point->shot, zeros});
+  }
+  for (const Successor& candidate : candidates) {
+    if (enter(zero, candidate, place)) return branch_.reached ? Step::done : Step::goes_on;
+  }
+  return end(fmt::format("{} vanishes, and no structure was found with which the branch goes on{}", guard.name,
+                         candidates.empty() ? "" : fmt::format(" ({} tried)", candidates.size())));
+}
+
+/// The first point of a successor: that at which the opening guard has the wanted size, on the side where the guard grows.
+std::optional<CurvePoint> Tracer::first_point(Curve& curve, const Successor& successor, double parameter) const {
+  constexpr double slightly = 1e-9;  // a guard that vanishes with the opening one may be negative by rounding
+  const Eigen::VectorXd u = curve.scaled(successor.y, parameter);
+  const std::optional<std::size_t> opening = curve.guard_place(successor.opening, u);
+  if (!opening) return std::nullopt;
+  CorrectorOptions rough = corrector();
+  rough.far = true;
+  rough.max_iterations = 25;
+  const Eigen::VectorXd forward = Eigen::VectorXd::Unit(u.size(), u.size() - 1);
+  auto point = curve.correct(u, {.kind = Constraint::Kind::guard, .value = successor.size, .guard = *opening}, forward,
+                             rough);
+  if (!point || (point->guards.array() < -slightly).any()) return std::nullopt;
+  const double rate = point->guard_rates[static_cast<Eigen::Index>(*opening)];
+  if (rate < 0.0) {
+    point->tangent = -point->tangent;
+    point->guard_rates = -point->guard_rates;
+  }
+  return point;
+}
+
+/// Values to land on between the event and the first point, in the order in which the branch meets them. Nothing if one is missed.
+std::optional<std::vector<CurvePoint>> Tracer::landings_between(Curve& curve, double event, const CurvePoint& first) {
+  std::vector<CurvePoint> points;
+  const double end = curve.parameter(first.u);
+  for (double at = event; const auto landing = next_landing(at, end);) {
+    at = *landing;
+    Eigen::VectorXd u = first.u;
+    if (std::abs(first.tangent[curve.size()]) > 0.1)
+      u += (at - end) / curve.parameter_scale() / first.tangent[curve.size()] * first.tangent;
+    CorrectorOptions rough = corrector();
+    rough.far = true;
+    rough.max_iterations = 20;
+    auto point = curve.correct(u, {.kind = Constraint::Kind::parameter, .value = at}, first.tangent, rough);
+    if (!point || (point->guards.array() < 0.0).any()) return std::nullopt;
+    points.push_back(std::move(*point));
+    points.back().landed = at;
+    if (at == end) break;
+  }
+  return points;
+}
+
+/// Finds the first point of the successor and goes on from there, if it is a solution there.
+bool Tracer::enter(const Incident& zero, const Successor& successor, std::size_t event) {
+  const double place = curve_->parameter(zero.point->u);
+  auto next = std::make_unique<Curve>(successor.problem,
+                                      carried_over(curve_->problem(), curve_->parameters(), *successor.problem),
+                                      parameter_place(*successor.problem, curve_->parameter_name()),
+                                      curve_->parameter_scale(), flow_options());
+  const auto first = first_point(*next, successor, place);
+  const auto between = first ? landings_between(*next, place, *first) : std::nullopt;
+  if (!between) {
+    branch_.cost.add(next->statistics());
+    branch_.cost.newton_iterations += next->newton_iterations();
+    integration_steps_ += next->statistics().steps;
+    return false;
+  }
+  add_cost();
+  curve_ = std::move(next);
+  open_stretch();
+  branch_.events[event].after = structure_name(curve_->problem());
+  if (!zero.sure) locate_from_beyond(*first, successor, event);
+  for (const CurvePoint& point : *between) keep(point);
+  here_ = *first;
+  const bool arrived = std::any_of(between->begin(), between->end(), [&](const CurvePoint& p) { return p.landed == to_; });
+  branch_.reached = arrived;
+  if (!arrived) keep(here_);
+  return true;
+}
+
+/// Where the old structure is singular at its end the new one often is not: its opening guard vanishes at the event too.
+void Tracer::locate_from_beyond(const CurvePoint& first, const Successor& successor, std::size_t event) {
+  const auto opening = curve_->guard_place(successor.opening, first.u);
+  if (!opening) return;
+  const auto i = static_cast<Eigen::Index>(*opening);
+  const Eigen::VectorXd u = first.u - first.guards[i] / first.guard_rates[i] * first.tangent;
+  const auto point = curve_->correct(u, {.kind = Constraint::Kind::guard, .value = 0.0, .guard = *opening}, first.tangent,
+                                     corrector());
+  if (!point) return;
+  branch_.events[event].point = describe(*point);
+  branch_.events[event].error_bound = point->parameter_correction;
+}
+
+}  // namespace costate

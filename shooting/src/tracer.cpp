@@ -1,0 +1,184 @@
+#include "tracer.hpp"
+
+#include <costate/shooting/solve.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate {
+
+Tracer::Tracer(std::shared_ptr<const Problem> problem, const std::vector<double>& parameters, std::size_t place, double to,
+               const TraceOptions& options, const Restructure& restructure)
+    : options_(options),
+      restructure_(restructure),
+      from_(parameters.at(place)),
+      to_(to),
+      curve_(std::make_unique<Curve>(std::move(problem), parameters, place, std::abs(to - from_), flow_options())),
+      step_(options.first_step) {
+  auto& landings = options_.landings;
+  landings.push_back(to_);
+  std::sort(landings.begin(), landings.end());
+  landings.erase(std::unique(landings.begin(), landings.end()), landings.end());
+}
+
+FlowOptions Tracer::flow_options(double factor) const {
+  constexpr double tightest = 1e-14;
+  const double tolerance = std::max(tightest, factor * options_.tolerance);
+  return {.tolerance = {.relative = tolerance, .absolute = tolerance}, .max_steps = options_.max_steps};
+}
+
+Branch Tracer::run(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd>& direction) {
+  const double began = thread_seconds();
+  open_stretch();
+  if (begin(y, direction)) {
+    while (step() == Step::goes_on) {
+    }
+  }
+  add_cost();
+  branch_.cost.seconds = thread_seconds() - began;
+  return std::move(branch_);
+}
+
+CorrectorOptions Tracer::corrector() const {
+  return {.tolerance = 100.0 * options_.tolerance, .max_iterations = options_.max_iterations};
+}
+
+bool Tracer::begin(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd>& direction) {
+  const Eigen::Index n = curve_->size();
+  const Eigen::VectorXd forward = direction ? *direction : Eigen::VectorXd::Unit(n + 1, n) * (to_ > from_ ? 1.0 : -1.0);
+  CorrectorOptions rough = corrector();
+  rough.far = true;
+  rough.max_iterations = 30;
+  const auto start = curve_->correct(curve_->scaled(y, from_), {.kind = Constraint::Kind::parameter, .value = from_},
+                                     forward, rough);
+  if (!start) {
+    branch_.message = fmt::format("no solution at the start of the branch: {}", curve_->failure());
+    return false;
+  }
+  here_ = *start;
+  for (Eigen::Index i = 0; i < here_.guards.size(); ++i) {
+    if (here_.guards[i] >= 0.0) continue;
+    branch_.message = fmt::format("the arc structure is wrong at the start of the branch: {} is {:.6g}",
+                                  here_.shot->guards()[static_cast<std::size_t>(i)].name, here_.guards[i]);
+    return false;
+  }
+  keep(here_);
+  return true;
+}
+
+/// The nearest value to land on strictly beyond `from`, on the way to `to`; the start is the border on the way back.
+std::optional<double> Tracer::next_landing(double from, double to) const {
+  const auto& all = options_.landings;
+  if (to > from) {
+    const auto next = std::upper_bound(all.begin(), all.end(), from);
+    if (next != all.end() && *next <= to) return *next;
+    return from < from_ && to >= from_ ? std::optional(from_) : std::nullopt;
+  }
+  const auto next = std::lower_bound(all.begin(), all.end(), from);
+  if (next != all.begin() && *std::prev(next) >= to) return *std::prev(next);
+  return from > from_ && to <= from_ ? std::optional(from_) : std::nullopt;
+}
+
+Tracer::Step Tracer::step() {
+  const long steps = integration_steps_ + curve_->statistics().steps;
+  if (static_cast<int>(branch_.points.size()) >= options_.max_points || steps >= options_.max_integration_steps) {
+    return end(fmt::format("given up after {} points and {} integration steps", branch_.points.size(), steps));
+  }
+  const Eigen::Index n = curve_->size();
+  while (step_ >= options_.smallest_step) {
+    Eigen::VectorXd predicted = here_.u + step_ * here_.tangent;
+    if (curvature_) predicted += 0.5 * step_ * step_ * *curvature_;
+    Constraint constraint{.kind = Constraint::Kind::plane, .normal = here_.tangent};
+    double used = step_;
+    const double now = curve_->parameter(here_.u);
+    const std::optional<double> landing = next_landing(now, curve_->parameter(predicted));
+    if (landing) {
+      const double part = std::clamp((*landing - now) / (curve_->parameter(predicted) - now), 0.0, 1.0);
+      used = part * step_;
+      predicted = here_.u + used * here_.tangent;
+      if (curvature_) predicted += 0.5 * used * used * *curvature_;
+      predicted[n] = *landing / curve_->parameter_scale();
+      constraint = {.kind = Constraint::Kind::parameter, .value = *landing};
+    }
+    auto next = curve_->correct(predicted, constraint, here_.tangent, corrector());
+    constexpr double least_cosine = 0.9;
+    if (next && (next->tangent.dot(here_.tangent) >= least_cosine || step_ <= 10.0 * options_.smallest_step)) {
+      const double wanted = step_;
+      adapt(*next, used);
+      if (landing) step_ = std::max(step_, std::min(wanted, options_.largest_step));
+      return accept(std::move(*next));
+    }
+    step_ *= 0.5;
+  }
+  return end(fmt::format("no further solution was found: {}", curve_->failure()));
+}
+
+/// The next step from the size of the first correction, the contraction of the second, and the angle between the tangents.
+void Tracer::adapt(const CurvePoint& next, double used) {
+  constexpr double wanted_correction = 0.02, wanted_contraction = 0.05, wanted_angle = 0.2;
+  constexpr double least = 1e-12;
+  const double angle = std::acos(std::clamp(next.tangent.dot(here_.tangent), -1.0, 1.0));
+  const double factor = std::min({std::cbrt(wanted_correction / std::max(least, next.first_correction)),
+                                  std::sqrt(wanted_contraction / std::max(least, next.contraction)),
+                                  wanted_angle / std::max(least, angle)});
+  step_ = std::min(options_.largest_step, used * std::clamp(factor, 0.5, 2.0));
+}
+
+Tracer::Step Tracer::accept(CurvePoint next) {
+  if (const auto incident = first_incident(next)) {
+    if (incident->kind != EventKind::fold) return change_structure(*incident);
+    if (pass_fold(*incident) == Step::done) return Step::done;
+  }
+  curvature_ = (next.tangent - here_.tangent) / std::max(1e-300, (next.u - here_.u).norm());
+  here_ = std::move(next);
+  keep(here_);
+  if (here_.landed == to_) {
+    branch_.reached = true;
+    return Step::done;
+  }
+  if (here_.landed == from_) {
+    return end("beyond a fold the branch comes back to the parameter it started from");
+  }
+  return Step::goes_on;
+}
+
+Tracer::Step Tracer::end(std::string message) {
+  branch_.message = fmt::format("the branch ends at {} = {:.12g}: {}", curve_->problem().parameters()[curve_->place()].name,
+                                branch_.points.empty() ? from_ : branch_.points.back().parameter, message);
+  return Step::done;
+}
+
+void Tracer::open_stretch() {
+  branch_.stretches.push_back({curve_->shared_problem(), curve_->parameters(), curve_->place()});
+  curvature_.reset();
+}
+
+BranchPoint Tracer::describe(const CurvePoint& point) const {
+  const Eigen::Index n = curve_->size();
+  BranchPoint result;
+  result.parameter = point.landed.value_or(curve_->parameter(point.u));
+  result.y = curve_->unknowns(point.u);
+  result.tangent = point.tangent;
+  const double rate = point.tangent[n] * curve_->parameter_scale();
+  const Eigen::VectorXd slopes = curve_->unknowns(point.tangent) / rate;
+  const auto& unknowns = curve_->problem().unknowns();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    result.unknowns.push_back({unknowns[static_cast<std::size_t>(i)].name, "", result.y[i], slopes[i]});
+  }
+  result.reports = point.reports;
+  result.stretch = branch_.stretches.size() - 1;
+  result.requested = point.landed && std::binary_search(options_.landings.begin(), options_.landings.end(), *point.landed);
+  result.iterations = point.iterations;
+  return result;
+}
+
+void Tracer::keep(const CurvePoint& point) { branch_.points.push_back(describe(point)); }
+
+void Tracer::add_cost() {
+  branch_.cost.add(curve_->statistics());
+  branch_.cost.newton_iterations += curve_->newton_iterations();
+  integration_steps_ += curve_->statistics().steps;
+}
+
+}  // namespace costate

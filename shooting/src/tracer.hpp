@@ -1,0 +1,70 @@
+/// \file
+/// Pseudo-arclength continuation through folds and changes of structure. Private to the shooting library.
+#pragma once
+
+#include "curve.hpp"
+
+namespace costate {
+
+class Tracer {
+ public:
+  Tracer(std::shared_ptr<const Problem> problem, const std::vector<double>& parameters, std::size_t place, double to,
+         const TraceOptions& options, const Restructure& restructure);
+
+  /// From the solution near y, towards `to`, or in the given direction in scaled unknowns.
+  Branch run(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd>& direction);
+
+ private:
+  enum class Step { goes_on, done };
+
+  /// The point where something happens within a step, at the arclength `s` from its start.
+  struct Incident {
+    double s = 0.0;
+    EventKind kind = EventKind::fold;
+    std::size_t guard = 0;
+    bool sure = true;          ///< the point is a zero to the tolerance of Newton's method
+    double error_bound = 0.0;  ///< of its parameter
+    std::optional<CurvePoint> point{};
+  };
+
+  bool begin(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd>& direction);
+  Step step();
+  Step accept(CurvePoint next);
+  Step pass_fold(const Incident& fold);
+  Step change_structure(const Incident& zero);
+  bool enter(const Incident& zero, const Successor& successor, std::size_t event);
+  void locate_from_beyond(const CurvePoint& first, const Successor& successor, std::size_t event);
+  [[nodiscard]] std::optional<CurvePoint> first_point(Curve& curve, const Successor& successor, double parameter) const;
+  [[nodiscard]] std::optional<std::vector<CurvePoint>> landings_between(Curve& curve, double event, const CurvePoint& first);
+  Step end(std::string message);
+
+  [[nodiscard]] std::optional<double> next_landing(double from, double to) const;
+  [[nodiscard]] std::optional<Incident> first_incident(const CurvePoint& next);
+  [[nodiscard]] std::optional<Incident> locate_fold(const CurvePoint& next);
+  [[nodiscard]] Incident locate_zero(const CurvePoint& next, std::size_t guard);
+  /// The point at the arclength s from the present one along its tangent.
+  [[nodiscard]] std::optional<CurvePoint> at(double s, const CurvePoint& next);
+  [[nodiscard]] std::vector<std::size_t> zeros_at(const Incident& zero) const;
+
+  [[nodiscard]] CorrectorOptions corrector() const;
+  [[nodiscard]] FlowOptions flow_options(double factor = 1.0) const;
+  /// The same incident with tighter integrations: a better place, and from the difference how well it is known.
+  void sharpen(Incident& incident);
+  [[nodiscard]] BranchPoint describe(const CurvePoint& point) const;
+  void keep(const CurvePoint& point);
+  void open_stretch();
+  void adapt(const CurvePoint& next, double used);
+  void add_cost();
+
+  TraceOptions options_;
+  const Restructure& restructure_;
+  double from_, to_;
+  std::unique_ptr<Curve> curve_;
+  Branch branch_;
+  CurvePoint here_;
+  std::optional<Eigen::VectorXd> curvature_;  ///< d(tangent)/ds, from the last two points
+  double step_;
+  long integration_steps_ = 0;  ///< of curves that are left behind
+};
+
+}  // namespace costate
