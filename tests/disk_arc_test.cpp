@@ -84,6 +84,12 @@ TEST(LimitingFriction, MaximisesTheHamiltonianIfTheCostateHasTheSignOfTheAcceler
 struct Case {
   double sign, V, length;
 };
+VectorXd saturated_parameters(double lambda_x, double lambda_y, double V, double length, double turn = 1.0) {
+  VectorXd p(5);
+  p << lambda_x, lambda_y, V, length, turn;
+  return p;
+}
+
 class EverySign : public testing::TestWithParam<Case> {};
 
 // The full flow, z = (φ, V, λφ, λ_V), p = (λx, λy, κ), knows nothing of Duffing's equation or of q₁ and q₂.
@@ -104,7 +110,7 @@ TEST_P(EverySign, SaturatedArcIsTheFullFlow) {
                                                 Vector2d(2.0, -1.0), Eigen::Vector3d(lambda_x, lambda_y, kappa));
   const Trajectory arc = arc_flow.record(0.0, length, Eigen::Vector4d(phi, 0.0, acceleration, lambda_phi),
                                          Eigen::Vector4d(2.0, -1.0, 0.0, 0.0),
-                                         Eigen::Vector4d(lambda_x, lambda_y, V, length));
+                                         saturated_parameters(lambda_x, lambda_y, V, length));
 
   // Both make at most a hundred steps with errors of at most 2√4·tolerance·(1 + |z|), which grow by less than e^length;
   // V' = √… magnifies an error of V by V(1 − 2V²)/V' < 3.
@@ -144,7 +150,7 @@ TEST(SaturatedArc, KeepsTheFrictionAtItsLimitThroughATurningPoint) {
   const double kappa = 0.45, V = 0.3;
   const Trajectory path = flow.record(0.0, 4.0,
                                       Eigen::Vector4d(0.0, 0.0, std::sqrt(kappa * kappa - V * V * (1 - V * V)), 0.4),
-                                      Eigen::Vector4d::Zero(), Eigen::Vector4d(0.5, -0.7, V, 4.0));
+                                      Eigen::Vector4d::Zero(), saturated_parameters(0.5, -0.7, V, 4.0));
   EXPECT_LT(path.at(4.0)[2], 0.0) << "V' must have changed its sign";
   for (double t = 0.0; t <= 4.0; t += 0.1) {
     const double v = V + 4.0 * path.at(t)[1], rate = path.at(t)[2];
@@ -157,10 +163,24 @@ TEST(BoundaryArc, TurnsAtAConstantRate) {
   for (const double sign : {1.0, -1.0}) {
     const double V = std::sqrt(0.5 * (1.0 + sign * std::sqrt(1.0 - 4.0 * kappa * kappa)));
     EXPECT_NEAR(V * V * (1.0 - V * V), kappa * kappa, rounding) << "friction is at its limit with V' = 0";
-    const auto r = BoundaryArc().rates(0.0, Vec<double, 1>{0.3}, Vec<double, 1>{V});
-    EXPECT_NEAR(r.state[0], std::sqrt(1.0 - V * V), rounding);
-    EXPECT_NEAR(r.quadrature[0], V * std::cos(0.3), rounding);
-    EXPECT_NEAR(r.quadrature[1], V * std::sin(0.3), rounding);
+    for (const double turn : {1.0, -1.0}) {
+      const auto r = BoundaryArc().rates(0.0, Vec<double, 1>{0.3}, Vec<double, 2>{V, turn});
+      EXPECT_NEAR(r.state[0], turn * std::sqrt(1.0 - V * V), rounding);
+      EXPECT_NEAR(r.quadrature[0], V * std::cos(0.3), rounding);
+      EXPECT_NEAR(r.quadrature[1], V * std::sin(0.3), rounding);
+    }
+  }
+}
+
+// Mirrored, φ → −φ, y → −y, λy → −λy, λφ → −λφ, a motion that turns left is one that turns right.
+TEST(SaturatedArc, TurningRightIsTheMirrorImage) {
+  const SaturatedArc arc;
+  const auto left = arc.rates(0.0, Vec<double, 4>{0.3, 0.2, -0.1, 0.4}, Vec<double, 5>{0.5, -0.7, 0.3, 1.2, 1.0});
+  const auto right = arc.rates(0.0, Vec<double, 4>{-0.3, 0.2, -0.1, -0.4}, Vec<double, 5>{0.5, 0.7, 0.3, 1.2, -1.0});
+  const double state_signs[] = {-1.0, 1.0, 1.0, -1.0}, quadrature_signs[] = {1.0, -1.0, 1.0, 1.0};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(right.state[i], state_signs[i] * left.state[i], rounding) << i;
+    EXPECT_NEAR(right.quadrature[i], quadrature_signs[i] * left.quadrature[i], 10.0 * rounding) << i;
   }
 }
 

@@ -24,7 +24,7 @@ std::string letters(const Solution& solution) {
 
 class Reference : public testing::TestWithParam<DiskCase> {};
 
-// Every case whose structure the search can build, to what the references promise and to what the solution itself claims.
+// Every case, to what the references promise and to what the solution itself claims.
 TEST_P(Reference, ReproducesInEveryUnknown) {
   const DiskCase& expected = GetParam();
   const Outcome outcome = disk::solve_scene(expected.scene, {.accuracy = 1e-10});
@@ -42,7 +42,7 @@ std::vector<DiskCase> solvable_cases() {
   std::vector<DiskCase> cases;
   for (DiskCase& c : disk_cases()) {
     // At the merge of the two saturated arcs the structure is a matter of the last bit of k_f.
-    if (c.structure.find('B') == std::string::npos && c.name != "a1_k_merge") cases.push_back(std::move(c));
+    if (c.name != "a1_k_merge") cases.push_back(std::move(c));
   }
   return cases;
 }
@@ -184,15 +184,6 @@ TEST(DiskScene, TooLittleFrictionIsInfeasibleAndNamesTheLimit) {
   EXPECT_EQ(outcome.status, Outcome::Status::infeasible);
   EXPECT_NE(outcome.message.find("k_min = 0.05098581"), std::string::npos) << outcome.message;
   EXPECT_NEAR(outcome.k_min.value(), 0.050985810648896412, 1e-15);
-}
-
-TEST(DiskScene, FailuresSayWhereAndWhatToTry) {
-  Scene scene;
-  scene.x = scene.y = 2.0;
-  scene.friction = 0.042;  // needs boundary arcs
-  const Outcome outcome = disk::solve_scene(scene, {});
-  EXPECT_EQ(outcome.status, Outcome::Status::failed);
-  EXPECT_NE(outcome.message.find("try"), std::string::npos) << outcome.message;
 }
 
 // The problem computes in units of r/(√6 c₁): what it gives out is in seconds all the same.

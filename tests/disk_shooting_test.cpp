@@ -37,19 +37,32 @@ struct Structured {
 /// A point, not a solution, for every way a structure can be anchored and joined.
 std::vector<Structured> all_kinds() {
   Scene limited = with_friction(0.055);
-  return {{"F", {}, {{ArcKind::free}}, {1.0, 0.5, 2.2}},
-          {"CFC", limited, three_arcs, {0.76, 0.7, 0.05, 0.9, 0.3, 0.8}},
-          {"FCF", with_friction(0.115), {{ArcKind::free}, {ArcKind::saturated, 1.0}, {ArcKind::free}}, {2.4, 0.9, 0.3, 1.0, 0.6}},
-          {"CC", limited, {{ArcKind::saturated, 1.0}, {ArcKind::saturated, -1.0}}, {0.78, 0.76, 0.75, 0.1, 1.0, 1.1}},
-          {"CBC",
-           with_friction(0.042),
-           {{ArcKind::saturated, 1.0}, {ArcKind::boundary, -1.0}, {ArcKind::saturated, -1.0}},
-           {0.7, 0.45, 0.05, 0.5, 0.2, 0.4}},
-          {"BCFCB",
-           with_friction(0.048),
-           {{ArcKind::boundary, 1.0}, {ArcKind::saturated, 1.0}, {ArcKind::free}, {ArcKind::saturated, -1.0},
-            {ArcKind::boundary, 1.0}},
-           {0.35, 0.45, 0.3, 0.15, 0.6, 1.7, 0.6, 0.1}}};
+  return {
+      {"F", {}, {{ArcKind::free}}, {1.0, 0.5, 2.2}},
+      {"CFC", limited, three_arcs, {0.76, 0.7, 0.05, 0.9, 0.3, 0.8}},
+      {"FCF",
+       with_friction(0.115),
+       {{ArcKind::free}, {ArcKind::saturated, 1.0}, {ArcKind::free}},
+       {2.4, 0.9, 0.3, 1.0, 0.6}},
+      {"CC", limited, {{ArcKind::saturated, 1.0}, {ArcKind::saturated, -1.0}}, {0.78, 0.76, 0.25, 0.75, 0.1, 1.0, 1.1}},
+      {"C", limited, {{ArcKind::saturated, -1.0}}, {0.7, 0.2, 0.75, 0.1, 0.9}},
+      {"CCC",
+       limited,
+       {{ArcKind::saturated, 1.0}, {ArcKind::saturated, -1.0}, {ArcKind::saturated, 1.0}},
+       {0.78, 0.76, 0.25, 0.75, 0.1, 1.0, 0.6, 0.3}},
+      {"FCturningRight", with_friction(0.06), {{ArcKind::free}, {ArcKind::saturated, -1.0, -1.0}}, {-0.4, -0.3, 0.5, 0.4}},
+      {"CBC",
+       with_friction(0.042),
+       {{ArcKind::saturated, 1.0}, {ArcKind::boundary, -1.0}, {ArcKind::saturated, -1.0}},
+       {0.7, 0.45, 0.05, 0.5, 0.2, 0.4}},
+      {"BCFCB",
+       with_friction(0.048),
+       {{ArcKind::boundary, 1.0},
+        {ArcKind::saturated, 1.0},
+        {ArcKind::free},
+        {ArcKind::saturated, -1.0},
+        {ArcKind::boundary, 1.0}},
+       {0.35, 0.45, 0.3, 0.15, 0.6, 1.7, 0.6, 0.1}}};
 }
 
 void PrintTo(const Structured& given, std::ostream* out) { *out << given.name; }
@@ -106,8 +119,48 @@ TEST_P(JacobianOf, ParameterDerivativeAgreesWithDifferences) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Disk, JacobianOf, testing::ValuesIn(all_kinds()),
-                         [](const auto& info) { return info.param.name; });
+// The guards are solved for with Newton's method: their gradients must be exact, too.
+TEST_P(JacobianOf, GuardsAgreeWithDifferences) {
+  const Structured& given = GetParam();
+  Shooting shooting(disk::make_problem(given.scene, given.arcs));
+  shooting.set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(given.y.data(), static_cast<Eigen::Index>(given.y.size()));
+  const std::vector<Guard> exact = shooting.evaluate(y).guards();
+  const auto places = disk::guards_of(given.arcs, given.scene.friction.has_value());
+  ASSERT_EQ(exact.size(), places.size());
+  constexpr double h = 1e-5;
+  for (Eigen::Index j = 0; j < y.size(); ++j) {
+    const std::vector<Guard> ahead = shooting.evaluate(y + h * Eigen::VectorXd::Unit(y.size(), j)).guards();
+    const std::vector<Guard> behind = shooting.evaluate(y - h * Eigen::VectorXd::Unit(y.size(), j)).guards();
+    for (std::size_t i = 0; i < exact.size(); ++i) {
+      EXPECT_EQ(exact[i].name, disk::name_of(places[i]));
+      const double slope = exact[i].value.derivative(static_cast<int>(j));
+      EXPECT_NEAR((ahead[i].value.value - behind[i].value.value) / (2.0 * h), slope, 1e-7 * (1.0 + std::abs(slope)))
+          << given.name << ", " << exact[i].name << " by "
+          << shooting.problem().unknowns()[static_cast<std::size_t>(j)].name;
+    }
+  }
+}
+
+// Packing what was read from a shot gives the unknowns of the shot.
+TEST_P(JacobianOf, ChainHoldsTheUnknowns) {
+  const Structured& given = GetParam();
+  Shooting shooting(disk::make_problem(given.scene, given.arcs));
+  shooting.set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(given.y.data(), static_cast<Eigen::Index>(given.y.size()));
+  const disk::Chain chain = disk::chain_of(shooting.problem(), shooting.evaluate(y));
+  EXPECT_EQ(chain.structure(), given.arcs);
+  const Eigen::VectorXd packed = disk::unknowns(chain);
+  ASSERT_EQ(packed.size(), y.size());
+  EXPECT_LT((packed - y).cwiseAbs().maxCoeff(), 1e-14);
+  for (std::size_t i = 0; i + 1 < chain.arcs.size(); ++i) {
+    EXPECT_NEAR(chain.arcs[i].end.phi, chain.arcs[i + 1].begin.phi, 1e-14) << i;
+    EXPECT_NEAR(chain.arcs[i].end.lambda_phi, chain.arcs[i + 1].begin.lambda_phi,
+                given.arcs[i].kind == ArcKind::free ? 1e-14 : 1.0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Disk, JacobianOf, testing::ValuesIn(all_kinds()), [](const auto& info) { return info.param.name; });
 
 // H is a first integral; the integration may move it by its own error, ten tolerances at most.
 TEST(DiskShooting, HamiltonianDriftStaysWithinTenTolerances) {
@@ -117,8 +170,8 @@ TEST(DiskShooting, HamiltonianDriftStaysWithinTenTolerances) {
   for (const double tolerance : {1e-5, 1e-7, 1e-9, 1e-11, 1e-13}) {
     shooting.set_flow_options({.tolerance = {.relative = tolerance, .absolute = tolerance}});
     for (const ArcRecord& record : shooting.evaluate(root.y).arcs()) {
-      const Trajectory arc =
-          shooting.flows()[*record.field].record(record.t0, record.t1, record.state, record.quadrature, record.parameter);
+      const Trajectory arc = shooting.flows()[*record.field].record(record.t0, record.t1, record.state, record.quadrature,
+                                                                    record.parameter);
       for (const auto& piece : arc.pieces()) {
         const Eigen::VectorXd both = arc.at(piece.node);
         const Eigen::Index n = record.state.size();
@@ -156,7 +209,8 @@ TEST(DiskShooting, StructuresThatCannotBeAreRefused) {
   EXPECT_THROW((void)disk::make_problem({}, {}), BadInput);
   EXPECT_THROW((void)disk::make_problem({}, {{ArcKind::free}, {ArcKind::free}}), BadInput);
   EXPECT_THROW((void)disk::make_problem(with_friction(0.05), {{ArcKind::boundary, 1.0}, {ArcKind::free}}), BadInput);
-  EXPECT_THROW((void)disk::make_problem(with_friction(0.05), {{ArcKind::saturated, 1.0}}), BadInput);
+  EXPECT_THROW((void)disk::make_problem(with_friction(0.05), {{ArcKind::saturated, 1.0}, {ArcKind::saturated, 1.0}}),
+               BadInput);
   EXPECT_THROW((void)disk::make_problem({}, three_arcs), BadInput) << "no friction coefficient";
 }
 

@@ -4,9 +4,18 @@
 namespace costate::disk {
 
 std::vector<Column> DiskProblem::columns() const {
-  return {{"x", "m"},         {"y", "m"},         {"phi", "rad"},        {"V", "m/s"},
-          {"Omega", "rad/s"}, {"lambda_x", "s/m"}, {"lambda_y", "s/m"},  {"lambda_phi", "s/rad"},
-          {"lambda_V", "s^2/m"}, {"V_dot", "m/s^2"}, {"friction", "1"}, {"multiplier", "s^4/m^2"}};
+  return {{"x", "m"},
+          {"y", "m"},
+          {"phi", "rad"},
+          {"V", "m/s"},
+          {"Omega", "rad/s"},
+          {"lambda_x", "s/m"},
+          {"lambda_y", "s/m"},
+          {"lambda_phi", "s/rad"},
+          {"lambda_V", "s^2/m"},
+          {"V_dot", "m/s^2"},
+          {"friction", "1"},
+          {"multiplier", "s^4/m^2"}};
 }
 
 std::vector<double> DiskProblem::observe(const ArcPoint& point, const std::vector<double>& p) const {
@@ -38,9 +47,10 @@ std::vector<PathCheck> DiskProblem::check(const ArcPoint& point, const std::vect
   const double used = std::hypot(at.acceleration, at.V * at.Omega);
   const std::vector<double>& constants = point.record->constants;
   const double integral = constants[2] + constants[0] * point.quadrature[1] - constants[1] * point.quadrature[0];
-  std::vector<PathCheck> checks{{"lambda_phi - lambda_x y + lambda_y x - its start value", PathCheck::Kind::zero,
-                                 at.lambda_phi - integral}};
-  switch (arcs_[static_cast<std::size_t>(point.record->arc)].kind) {
+  std::vector<PathCheck> checks{
+      {"lambda_phi - lambda_x y + lambda_y x - its start value", PathCheck::Kind::zero, at.lambda_phi - integral}};
+  const ArcType& arc = arcs_[static_cast<std::size_t>(point.record->arc)];
+  switch (arc.kind) {
     case ArcKind::free:
       checks.push_back({"Hamiltonian on a free arc", PathCheck::Kind::zero, at.hamiltonian});
       if (limited_) {
@@ -54,6 +64,8 @@ std::vector<PathCheck> DiskProblem::check(const ArcPoint& point, const std::vect
       break;
     case ArcKind::boundary:
       checks.push_back({"friction beyond its limit on a boundary arc", PathCheck::Kind::zero, used - scene.friction});
+      checks.push_back({"switching function S on a boundary arc", PathCheck::Kind::zero, at.switching});
+      checks.push_back({"multiplier of a boundary arc", PathCheck::Kind::nonnegative, -arc.sign * arc.course * at.slope});
       break;
   }
   return checks;
@@ -63,11 +75,11 @@ Observed DiskProblem::observed(const ArcPoint& point) const {
   const std::vector<double>& constants = point.record->constants;
   const double phi = point.state[0];
   const double A = constants[0] * std::cos(phi) + constants[1] * std::sin(phi);
-  Observed at{phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  Observed at{phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   switch (arcs_[static_cast<std::size_t>(point.record->arc)].kind) {
     case ArcKind::free: {
-      const auto [V, Omega] =
-          FastestRolling{}.control<double>({0.0, 0.0, phi}, {constants[0], constants[1], point.state[1]}, {});
+      const auto [V, Omega] = FastestRolling{}.control<double>({0.0, 0.0, phi}, {constants[0], constants[1], point.state[1]},
+                                                               {});
       at.V = V;
       at.Omega = Omega;
       at.acceleration = (constants[1] * std::cos(phi) - constants[0] * std::sin(phi)) * Omega;
@@ -77,23 +89,24 @@ Observed DiskProblem::observed(const ArcPoint& point) const {
     case ArcKind::saturated: {
       const double V1 = point.record->parameter[2], scale = point.record->parameter[3];
       at.V = V1 + scale * point.state[1];
-      at.Omega = std::sqrt(1.0 - at.V * at.V);
+      at.Omega = point.record->parameter[4] * std::sqrt(1.0 - at.V * at.V);
       at.acceleration = point.state[2];
       at.lambda_phi = point.state[3];
       const Eigen::VectorXd& z1 = point.record->state;
       const SwitchingStart<double> from(constants[0] * std::cos(z1[0]) + constants[1] * std::sin(z1[0]), V1,
-                                        std::sqrt(1.0 - V1 * V1), z1[3]);
+                                        point.record->parameter[4] * std::sqrt(1.0 - V1 * V1), z1[3]);
       at.hamiltonian = from.at(point.state[1], point.quadrature[2], point.quadrature[3], scale);
       break;
     }
     case ArcKind::boundary:
       at.V = point.record->parameter[0];
-      at.Omega = std::sqrt(1.0 - at.V * at.V);
+      at.Omega = point.record->parameter[1] * std::sqrt(1.0 - at.V * at.V);
       // λφ − λx y + λy x is a constant of the motion; at the start x = y = 0.
       at.lambda_phi = constants[2] + constants[0] * point.quadrature[1] - constants[1] * point.quadrature[0];
       break;
   }
   at.switching = 1.0 - A * at.V - at.lambda_phi * at.Omega;
+  at.slope = A - at.lambda_phi * at.V / at.Omega;
   at.hamiltonian -= at.switching;
   return at;
 }

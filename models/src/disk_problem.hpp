@@ -28,10 +28,27 @@ struct Scaled {
   }
 };
 
-/// A point of the chain of arcs, positions relative to the anchor.
+/// A point of the chain of arcs, positions relative to the anchor. V' is that of the arc behind.
 struct ChainPoint {
-  Jet time, phi, V, lambda_phi, x, y;
+  Jet time, phi, V, lambda_phi, x, y, acceleration;
 };
+
+/// Both ends of an arc.
+struct ArcEnds {
+  ChainPoint begin, end;
+};
+
+[[nodiscard]] const char* kind_name(ArcKind kind);
+
+/// Where the chain of a structure starts from: an arc of that kind, or if it is saturated the start of that arc.
+struct AnchorPlace {
+  ArcKind kind = ArcKind::free;
+  std::size_t first_forward = 0;  ///< arcs from here on run forward from the anchor, those before it backward
+  /// Is the anchor anywhere but at the very start?
+  [[nodiscard]] bool inside() const { return first_forward > 0 || kind == ArcKind::boundary; }
+};
+/// \throws BadInput if the structure cannot be.
+[[nodiscard]] AnchorPlace anchor_of(const Structure& arcs);
 
 /// Where the chain starts from, and the constant costates.
 struct Anchor {
@@ -43,9 +60,9 @@ struct Anchor {
 };
 
 /// Everything known at a point of an arc, scaled. S is by its definition 1 − A V − λφ Ω, and on a saturated arc also by the
-/// integral of its own rate; their difference is H.
+/// integral of its own rate; their difference is H. `slope` is G = A − λφ V/Ω.
 struct Observed {
-  double phi, V, Omega, acceleration, lambda_phi, switching, hamiltonian;
+  double phi, V, Omega, acceleration, lambda_phi, switching, hamiltonian, slope;
 };
 
 /// What S starts from on a saturated arc: S₁ and G₁ = A − λφ V/Ω.
@@ -70,11 +87,10 @@ class DiskProblem final : public Problem {
   [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& p) const override;
   [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>& p) const override;
 
+  [[nodiscard]] const Structure& arcs() const { return arcs_; }
+
  private:
   [[nodiscard]] ArcKind kind(std::size_t i) const { return arcs_[i].kind; }
-  [[nodiscard]] bool anchored_at_switch() const { return anchor_kind_ == ArcKind::saturated; }
-  /// Is the anchor anywhere but at the very start?
-  [[nodiscard]] bool starts_inside() const { return first_forward_ > 0 || anchor_kind_ != ArcKind::free; }
   /// The arc after `i`, or before it, in the given direction, if any.
   [[nodiscard]] std::optional<ArcKind> beyond(std::size_t i, int direction) const;
   [[nodiscard]] std::optional<ArcKind> before(std::size_t i, int direction) const { return beyond(i, -direction); }
@@ -82,22 +98,25 @@ class DiskProblem final : public Problem {
     return shot.unknown(unknowns_.size() - arcs_.size() + i);
   }
 
-  void choose_anchor();
   void name_everything(const Scene& scene);
   void name_far_rows(std::size_t i, int direction);
-  Anchor start_anchor(const Shot& shot, const Scaled<Jet>& scene) const;
+  Anchor start_anchor(Shot& shot, const Scaled<Jet>& scene, std::size_t& next_row) const;
   void advance(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, std::size_t i, int direction, ChainPoint& at,
                std::size_t& next_row) const;
   void advance_saturated(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, ArcStart& start, int direction,
                          ChainPoint& at, std::size_t& next_row) const;
+  /// V' with which a saturated arc leaves a point of the chain.
+  [[nodiscard]] Jet departure(const Scaled<Jet>& scene, std::size_t i, int direction, const ChainPoint& at) const;
+  void set_guards(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, const std::vector<ArcEnds>& ends) const;
+  [[nodiscard]] Jet guard(const GuardPlace& place, const Jet& friction, const Anchor& anchor, const ArcEnds& ends) const;
   void report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, const ChainPoint& left,
               const ChainPoint& right) const;
   [[nodiscard]] Observed observed(const ArcPoint& point) const;
 
   Structure arcs_;
   bool limited_ = false;
-  ArcKind anchor_kind_ = ArcKind::free;
-  std::size_t first_forward_ = 0;  ///< arcs from here on run forward from the anchor, those before it backward
+  AnchorPlace anchor_;
+  std::vector<GuardPlace> guards_;
   FieldOf<FreeArc> free_;
   FieldOf<SaturatedArc> saturated_;
   FieldOf<BoundaryArc> boundary_;

@@ -87,7 +87,7 @@ std::optional<Tracer::Incident> Tracer::locate_fold(const CurvePoint& next) {
   constexpr double small = 1e-9;
   const auto s = root(rate, 0.0, here_.tangent[n], whole, next.tangent[n], small);
   if (!s) return std::nullopt;
-  Incident fold{.s = *s, .point = std::move(found)};
+  Incident fold{.s = *s, .error_bound = std::abs(curve_->parameter(next.u - here_.u)), .point = std::move(found)};
   // Once more with tighter integrations, between neighbours of the place found.
   curve_->set_flow_options(flow_options(tighter));
   const double beside = std::min(1e-3 * whole, 1e-3);
@@ -105,7 +105,9 @@ Tracer::Incident Tracer::locate_zero(const CurvePoint& next, std::size_t guard) 
   const auto i = static_cast<Eigen::Index>(guard);
   const double whole = (next.u - here_.u).dot(here_.tangent);
   const double before = std::max(here_.guards[i], 0.0), after = next.guards[i];
-  Incident zero{.kind = next.shot->guards()[guard].kind, .guard = guard};
+  Incident zero{.kind = next.shot->guards()[guard].kind,
+                .guard = guard,
+                .error_bound = std::abs(curve_->parameter(next.u - here_.u))};
   const double part = before / (before - after);
   const Constraint constraint{.kind = Constraint::Kind::guard, .value = 0.0, .guard = guard};
   auto found = curve_->correct(here_.u + part * (next.u - here_.u), constraint, here_.tangent, corrector());
@@ -166,32 +168,48 @@ std::vector<std::size_t> Tracer::zeros_at(const Incident& zero) const {
   return zeros;
 }
 
-Tracer::Step Tracer::change_structure(const Incident& zero) {
-  const Guard& guard = zero.point->shot->guards()[zero.guard];
-  branch_.events.push_back({.kind = guard.kind,
-                            .name = guard.name,
+void Tracer::record(const Incident& zero, EventKind kind) {
+  branch_.events.push_back({.kind = kind,
+                            .name = zero.point->shot->guards()[zero.guard].name,
                             .point = describe(*zero.point),
                             .before = structure_name(curve_->problem()),
                             .after = {},
                             .error_bound = zero.error_bound,
                             .position = branch_.points.size()});
-  const std::size_t place = branch_.events.size() - 1;
+}
+
+Tracer::Step Tracer::change_structure(const Incident& zero) {
   if (static_cast<int>(branch_.events.size()) >= options_.max_events) {
     return end(fmt::format("given up after {} events", branch_.events.size()));
   }
   std::vector<Successor> candidates;
-  if (restructure_ && guard.kind != EventKind::limit) {
+  constexpr int patience = 2;  // near a dead end the place is known better, and a structure may be found after all
+  if (restructure_ && zero.kind != EventKind::limit && dead_ends_ < patience) {
     const Eigen::VectorXd y = curve_->unknowns(zero.point->u);
     const std::vector<std::size_t> zeros = zeros_at(zero);
     std::vector<double> parameters = curve_->parameters();
     parameters[curve_->place()] = curve_->parameter(zero.point->u);
     candidates = restructure_({curve_->problem(), parameters, y, *zero.point->shot, zeros});
+    record(zero, zero.kind);
+    for (const Successor& candidate : candidates) {
+      if (enter(zero, candidate, branch_.events.size() - 1)) return branch_.reached ? Step::done : Step::goes_on;
+    }
+    branch_.events.pop_back();
   }
-  for (const Successor& candidate : candidates) {
-    if (enter(zero, candidate, place)) return branch_.reached ? Step::done : Step::goes_on;
-  }
-  return end(fmt::format("{} vanishes, and no structure was found with which the branch goes on{}", guard.name,
-                         candidates.empty() ? "" : fmt::format(" ({} tried)", candidates.size())));
+  return approach(zero);
+}
+
+/// Up to where no structure is known beyond: the step is cut until the place is reached.
+Tracer::Step Tracer::approach(const Incident& zero) {
+  ++dead_ends_;
+  constexpr double close = 1e-11, part = 0.7;
+  const double distance = std::abs(zero.point->u.tail(1)[0] - here_.u.tail(1)[0]);
+  step_ = part * std::min(step_, std::max(0.0, zero.s));
+  if (distance > close && step_ > options_.smallest_step) return Step::goes_on;
+  record(zero, EventKind::limit);
+  branch_.events.back().error_bound += distance * curve_->parameter_scale();
+  return end(fmt::format("{} vanishes, and no structure was found with which the branch goes on",
+                         zero.point->shot->guards()[zero.guard].name));
 }
 
 /// The first point of a successor: that at which the opening guard has the wanted size, on the side where the guard grows.
@@ -202,7 +220,7 @@ std::optional<CurvePoint> Tracer::first_point(Curve& curve, const Successor& suc
   if (!opening) return std::nullopt;
   CorrectorOptions rough = corrector();
   rough.far = true;
-  rough.max_iterations = 25;
+  rough.max_iterations = 15;
   const Eigen::VectorXd forward = Eigen::VectorXd::Unit(u.size(), u.size() - 1);
   auto point = curve.correct(u, {.kind = Constraint::Kind::guard, .value = successor.size, .guard = *opening}, forward,
                              rough);

@@ -91,7 +91,7 @@ Tracer::Step Tracer::step() {
     if (curvature_) predicted += 0.5 * step_ * step_ * *curvature_;
     Constraint constraint{.kind = Constraint::Kind::plane, .normal = here_.tangent};
     double used = step_;
-    const double now = curve_->parameter(here_.u);
+    const double now = here_.landed.value_or(curve_->parameter(here_.u));
     const std::optional<double> landing = next_landing(now, curve_->parameter(predicted));
     if (landing) {
       const double part = std::clamp((*landing - now) / (curve_->parameter(predicted) - now), 0.0, 1.0);
@@ -122,7 +122,8 @@ void Tracer::adapt(const CurvePoint& next, double used) {
   const double factor = std::min({std::cbrt(wanted_correction / std::max(least, next.first_correction)),
                                   std::sqrt(wanted_contraction / std::max(least, next.contraction)),
                                   wanted_angle / std::max(least, angle)});
-  step_ = std::min(options_.largest_step, used * std::clamp(factor, 0.5, 2.0));
+  const double growth = dead_ends_ > 0 ? 1.0 : 2.0;
+  step_ = std::min(options_.largest_step, used * std::clamp(factor, 0.5, growth));
 }
 
 Tracer::Step Tracer::accept(CurvePoint next) {
@@ -152,6 +153,7 @@ Tracer::Step Tracer::end(std::string message) {
 void Tracer::open_stretch() {
   branch_.stretches.push_back({curve_->shared_problem(), curve_->parameters(), curve_->place()});
   curvature_.reset();
+  dead_ends_ = 0;
 }
 
 BranchPoint Tracer::describe(const CurvePoint& point) const {

@@ -32,6 +32,8 @@ class Tracer {
   Step accept(CurvePoint next);
   Step pass_fold(const Incident& fold);
   Step change_structure(const Incident& zero);
+  Step approach(const Incident& zero);
+  void record(const Incident& zero, EventKind kind);
   bool enter(const Incident& zero, const Successor& successor, std::size_t event);
   void locate_from_beyond(const CurvePoint& first, const Successor& successor, std::size_t event);
   [[nodiscard]] std::optional<CurvePoint> first_point(Curve& curve, const Successor& successor, double parameter) const;
@@ -64,6 +66,7 @@ class Tracer {
   CurvePoint here_;
   std::optional<Eigen::VectorXd> curvature_;  ///< d(tangent)/ds, from the last two points
   double step_;
+  int dead_ends_ = 0;           ///< times this stretch was found to end without a successor
   long integration_steps_ = 0;  ///< of curves that are left behind
 };
 

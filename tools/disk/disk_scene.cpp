@@ -1,8 +1,9 @@
 #include "disk_scene.hpp"
 
-#include "structure_search.hpp"
+#include "arc_changes.hpp"
 
 #include <costate/error.hpp>
+#include <costate/shooting/branch.hpp>
 #include <costate/shooting/continuation.hpp>
 
 #include <algorithm>
@@ -70,14 +71,15 @@ Solution solve_along(const std::vector<Scene>& way, const SolveOptions& options,
   Solution solution;
   bool reached = true;
   for (const Scene& stage : way) {
-    const Followed path = follow(shooting, y, parameters(stage, false), {.max_integration_steps = integration_steps});
+    const Followed path = follow(shooting, y, parameters(stage), {.max_integration_steps = integration_steps});
     y = path.y;
     cost.newton_iterations += path.newton_iterations;
     reached = path.reached;
     if (reached) continue;
-    solution.message = fmt::format("the solution with unlimited friction was not found: {}; try a nearer end point or a larger "
-                                   "radius (distances beyond some 5 r are out of reach of single shooting)",
-                                   path.message);
+    solution.message = fmt::format(
+        "the solution with unlimited friction was not found: {}; try a nearer end point or a larger "
+        "radius (distances beyond some 5 r are out of reach of single shooting)",
+        path.message);
     break;
   }
   if (reached) {
@@ -104,6 +106,55 @@ Solution solve_free(const Scene& scene, const SolveOptions& options, Cost& cost)
   return best;
 }
 
+/// The structures beyond guards that all but vanish at the end of a branch.
+std::vector<Successor> neighbours(const Scene& scene, const Branch& branch) {
+  constexpr double vanishing = 1e-8;
+  Shooting shooting(branch.stretches.back().problem);
+  shooting.set_parameters(parameters(scene));
+  const Shot& shot = shooting.evaluate(branch.points.back().y);
+  std::vector<std::size_t> zeros;
+  for (std::size_t i = 0; i < shot.guards().size(); ++i) {
+    if (std::abs(shot.guards()[i].value.value) < vanishing) zeros.push_back(i);
+  }
+  if (zeros.empty()) return {};
+  return arc_changes(scene, {shooting.problem(), shooting.parameters(), branch.points.back().y, shot, zeros});
+}
+
+/// The motion with limited friction: from a coefficient that does not bind the branch is followed down to the scene's.
+Solution solve_limited(const Scene& scene, const Solution& free, double F_max, const SolveOptions& options, Cost& cost) {
+  constexpr double above = 1.02;  // F_max, for a start at which nothing binds
+  Scene start = scene;
+  start.friction = above * F_max;
+  const Restructure restructure = [&](const Junction& at) { return arc_changes(scene, at); };
+  const Branch branch = trace(make_problem(start, {{ArcKind::free}}), parameters(start), free.y, "friction", *scene.friction,
+                              {.tolerance = 1e-10}, restructure);
+  cost.steps += branch.cost.steps;
+  cost.rhs_evaluations += branch.cost.rhs_evaluations;
+  cost.sensitivity_evaluations += branch.cost.sensitivity_evaluations;
+  cost.newton_iterations += branch.cost.newton_iterations;
+  Solution solution;
+  if (!branch.reached) {
+    solution.message = fmt::format(
+        "the arcs of this scene were not found: from a larger friction coefficient {}; try a larger one", branch.message);
+    return solution;
+  }
+  const auto solve_at = [&](const std::shared_ptr<const Problem>& problem, const Eigen::VectorXd& y) {
+    Shooting shooting(problem);
+    shooting.set_parameters(parameters(scene));
+    solution = solve(shooting, y, options);
+    cost.newton_iterations += solution.cost.newton_iterations;
+    cost.add(shooting.statistics());
+    return solution.solved();
+  };
+  if (solve_at(branch.stretches.back().problem, branch.points.back().y)) return solution;
+  // Where the structure changes at the scene's very coefficient, rounding decides on which side it lies.
+  const Solution refused = solution;
+  for (const Successor& other : neighbours(scene, branch)) {
+    if (solve_at(other.problem, other.y)) return solution;
+  }
+  return refused;
+}
+
 }  // namespace
 
 std::optional<double> least_friction(const Scene& scene) {
@@ -112,7 +163,8 @@ std::optional<double> least_friction(const Scene& scene) {
   const double chord = std::hypot(scene.x, scene.y);
   const double off_axis = scene.x * std::sin(half) - y * std::cos(half);
   const double along = scene.x * std::cos(half) + y * std::sin(half);
-  if (!(half <= std::numbers::pi / 2 && chord > 0.0 && along > 0.0 && std::abs(off_axis) <= 1e-9 * chord)) return std::nullopt;
+  if (!(half <= std::numbers::pi / 2 && chord > 0.0 && along > 0.0 && std::abs(off_axis) <= 1e-9 * chord))
+    return std::nullopt;
   const double R = chord / (2.0 * std::sin(half));
   const double L = scene.radius / std::sqrt(6.0);
   return scene.speed * scene.speed * R / (scene.gravity * (R * R + L * L));
@@ -131,10 +183,11 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
 
   outcome.k_min = least_friction(scene);
   if (scene.friction && outcome.k_min && *scene.friction < *outcome.k_min) {
-    return finish(Outcome::Status::infeasible,
-                  fmt::format("friction = {:g} is too little: below k_min = {:.12g} no motion of this scene turns monotonically "
-                              "to its end heading",
-                              *scene.friction, *outcome.k_min));
+    return finish(
+        Outcome::Status::infeasible,
+        fmt::format("friction = {:g} is too little: below k_min = {:.12g} no motion of this scene turns monotonically "
+                    "to its end heading",
+                    *scene.friction, *outcome.k_min));
   }
   Solution free = solve_free(scene, options, outcome.cost);
   if (!free.solved()) return finish(Outcome::Status::failed, free.message);
@@ -148,8 +201,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     outcome.solution = std::move(free);
     return finish(Outcome::Status::solved, "");
   }
-  StructureSearch search(scene, free, options, outcome.cost);
-  outcome.solution = search.run();
+  outcome.solution = solve_limited(scene, free, *outcome.F_max, options, outcome.cost);
   return finish(outcome.solution.solved() ? Outcome::Status::solved : Outcome::Status::failed, outcome.solution.message);
 }
 

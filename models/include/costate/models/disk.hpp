@@ -20,12 +20,12 @@ namespace costate::disk {
 
 /// A scene, in SI units. The defaults are the case of [O].
 struct Scene {
-  double x = 1.0;                               ///< end point x_f, m
-  double y = 1.0;                               ///< end point y_f, m
-  double heading = std::numbers::pi / 2;        ///< end heading φ_f, rad, counted through every turn; > 0 left, < 0 right
-  double radius = 2.449489742783178;            ///< r, m; √6 in [O], so that L = 1
-  double speed = 1.0;                           ///< c₁, m/s: the speed of a disk that goes straight
-  double gravity = 9.80665;                     ///< g, m/s²
+  double x = 1.0;                                 ///< end point x_f, m
+  double y = 1.0;                                 ///< end point y_f, m
+  double heading = std::numbers::pi / 2;          ///< end heading φ_f, rad, counted through every turn; > 0 left, < 0 right
+  double radius = 2.449489742783178;              ///< r, m; √6 in [O], so that L = 1
+  double speed = 1.0;                             ///< c₁, m/s: the speed of a disk that goes straight
+  double gravity = 9.80665;                       ///< g, m/s²
   std::optional<double> friction = std::nullopt;  ///< coefficient k_f; none: unlimited
 };
 
@@ -82,7 +82,8 @@ struct LimitingFriction {
 /// The free arc as it is integrated: z = (φ, λφ), p = (λx, λy), w = (x, y). A pendulum in 2φ.
 using FreeArc = Pontryagin<FreeRolling, FastestRolling>;
 
-/// The saturated arc as it is integrated: z = (φ, ν, V', λφ) with V = V₁ + ℓν, p = (λx, λy, V₁, ℓ), w = (x, y, q₁, q₂).
+/// The saturated arc as it is integrated: z = (φ, ν, V', λφ) with V = V₁ + ℓν, p = (λx, λy, V₁, ℓ, τ), w = (x, y, q₁, q₂);
+/// Ω = τ√(1 − V²), τ = ±1.
 ///
 /// The constraint, differentiated once, is Duffing's equation V'' = 2V³ − V; unlike V' = ±√(κ² − V²Ω²) it passes through a turning
 /// point of V. S = λ_V V' = 1 − A V − λφ Ω obeys S' = −V' G with G = H_V at λ_V = 0, G = A − λφ V/Ω, and
@@ -92,60 +93,115 @@ using FreeArc = Pontryagin<FreeRolling, FastestRolling>;
 /// On a short arc S is of the order of the duration squared while its terms are of order one. With ℓ the duration, ν, q₁ and
 /// q₂ are of order one too, so S/ℓ² keeps its digits however short the arc.
 struct SaturatedArc {
-  static constexpr int states = 4, parameters = 4, quadratures = 4;
+  static constexpr int states = 4, parameters = 5, quadratures = 4;
   template <class S>
-  Rates<S, 4, 4> rates(const S&, const Vec<S, 4>& z, const Vec<S, 4>& p) const {
+  Rates<S, 4, 4> rates(const S&, const Vec<S, 4>& z, const Vec<S, 5>& p) const {
     const auto& [phi, nu, acceleration, lambda_phi] = z;
-    const auto& [lambda_x, lambda_y, V1, scale] = p;
+    const auto& [lambda_x, lambda_y, V1, scale, turn] = p;
     const S V = V1 + scale * nu;
-    const S Omega = sqrt(1.0 - V * V);
+    const S Omega = turn * sqrt(1.0 - V * V);
     const S cosine = cos(phi), sine = sin(phi);
     const S A_phi = lambda_y * cosine - lambda_x * sine;
     const S G_rate = (A_phi - lambda_phi * acceleration / (Omega * Omega)) / (Omega * scale);
-    return {{Omega, acceleration / scale, V * (2.0 * V * V - 1.0), -V * A_phi},
-            {V * cosine, V * sine, G_rate, G_rate * nu}};
+    return {{Omega, acceleration / scale, V * (2.0 * V * V - 1.0), -V * A_phi}, {V * cosine, V * sine, G_rate, G_rate * nu}};
   }
 };
 
-/// The boundary arc: V² = V±² = ½(1 ± √(1 − 4κ²)) is constant; z = φ, p = V, w = (x, y).
+/// The boundary arc: V² = V±² = ½(1 ± √(1 − 4κ²)) is constant; z = φ, p = (V, τ), Ω = τ√(1 − V²), w = (x, y).
 struct BoundaryArc {
-  static constexpr int states = 1, parameters = 1, quadratures = 2;
+  static constexpr int states = 1, parameters = 2, quadratures = 2;
   template <class S>
-  Rates<S, 1, 2> rates(const S&, const Vec<S, 1>& z, const Vec<S, 1>& p) const {
-    const S& V = p[0];
-    return {{sqrt(1.0 - V * V)}, {V * cos(z[0]), V * sin(z[0])}};
+  Rates<S, 1, 2> rates(const S&, const Vec<S, 1>& z, const Vec<S, 2>& p) const {
+    const auto& [V, turn] = p;
+    return {{turn * sqrt(1.0 - V * V)}, {V * cos(z[0]), V * sin(z[0])}};
   }
 };
 
 enum class ArcKind { free, saturated, boundary };
 
-/// One arc of a structure. The sign is that of V' on a saturated arc; other kinds have none.
+/// One arc of a structure. A free arc finds its own signs.
 struct ArcType {
   ArcKind kind = ArcKind::free;
-  double sign = 0.0;
+  double sign = 0.0;    ///< saturated: of V'; boundary: which of V±
+  double turn = 1.0;    ///< saturated, boundary: of Ω
+  double course = 1.0;  ///< boundary: of V
   bool operator==(const ArcType&) const = default;
 };
 using Structure = std::vector<ArcType>;
 
-/// Parameters of the problem, by place. `friction` is present only in problems with more than a free arc.
+/// "F" free, "C" saturated, "B" boundary, in order of time.
+[[nodiscard]] std::string letters(const Structure& structure);
+
+/// Parameters of the problem, by place. `friction` is present only in scenes with a coefficient.
 enum ScenePlace : std::size_t { x_place, y_place, heading_place, radius_place, speed_place, gravity_place, friction_place };
 
 /// The shooting problem of a scene for a given structure.
 ///
 /// Arcs are integrated outward from an anchor: the first free arc if there is one (its start φ₁ is an unknown unless the
-/// problem starts there), else the first boundary arc, else the junction between the first two saturated arcs. Started in the
-/// middle the system stays well conditioned where the forward one of [O] (4.33)–(4.38) does not. Unknowns: φ₁, λx, λy, what
-/// the anchor needs besides, and the durations; in units of L, T and c₁.
+/// problem starts there), else the first boundary arc, else the switch between the first two saturated arcs, or the start of the
+/// only one. Started in the middle the system stays well conditioned where the forward one of [O] (4.33)–(4.38) does not.
+/// Unknowns: φ₁, λx, λy, what the anchor needs besides, and the durations; in units of L, T and c₁. On a saturated arc the
+/// anchor has V and V' as unknowns, and the friction limit as a row, which is smooth where V' vanishes.
 ///
 /// A saturated arc that starts from the anchor has S = λ_V V' = 0 there, and must have it at its far end. That row is divided
-/// by the square of the duration (by the duration, if the arc began at a switch of V'), which removes the root of
-/// vanishing duration that the equations of [O] have for every k_f.
+/// by the square of the duration (by the duration, if the arc began at a switch of V' or at the end of the motion), which removes
+/// the root of vanishing duration that the equations of [O] have for every k_f.
 ///
-/// Reports: final_time, t1, t2, …, lambda_x, lambda_y, lambda_phi0, V0, Omega0.
-/// \throws BadInput if the structure cannot be (empty, two neighbouring free arcs, a boundary arc at a free one).
+/// Reports: final_time, t1, t2, …, lambda_x, lambda_y, lambda_phi0, V0, Omega0. Guards: see GuardPlace.
+/// \throws BadInput if the structure cannot be (empty, neighbours that cannot meet, arcs at a limit the scene does not have).
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure);
 
 /// Parameter values of a scene, as the problem orders them.
-[[nodiscard]] std::vector<double> parameters(const Scene& scene, bool with_friction);
+[[nodiscard]] std::vector<double> parameters(const Scene& scene);
+
+/// What must stay positive on an arc for the structure to be right. With κ the limit and G = A − λφ V/Ω, which drives
+/// λ_V' = −G where λ_V = 0:
+enum class GuardKind {
+  duration,               ///< of any arc
+  friction_at_start,      ///< (κ² − |λ|²Ω²)/κ² of a free arc that starts the motion
+  friction_at_end,        ///< … that ends it
+  friction_inside,        ///< (κ² − |λ|²)/κ² of a free arc on which A passes zero; 1 of another
+  switching_at_start,     ///< −G sign V' of a saturated arc that starts the motion: λ_V leaves zero to the right side
+  switching_at_end,       ///< G sign V' of one that ends it or ends in a switch
+  acceleration_at_start,  ///< |V'| of a saturated arc that starts the motion
+  acceleration_at_end,    ///< … that ends it or ends in a switch
+  turning_at_start,       ///< Ω² of a saturated arc
+  turning_at_end,
+  multiplier_at_start,  ///< ∓G sign V of a boundary arc at V±: λ_V must not be driven across zero
+  multiplier_at_end,
+};
+struct GuardPlace {
+  GuardKind kind;
+  std::size_t arc;
+  bool operator==(const GuardPlace&) const = default;
+};
+/// The guards of a structure in the order in which the problem sets them, and the name of one.
+[[nodiscard]] std::vector<GuardPlace> guards_of(const Structure& structure, bool limited);
+[[nodiscard]] std::string name_of(const GuardPlace& guard);
+
+/// A point of an arc, in units of L and T, turned left.
+struct ArcState {
+  double phi = 0.0, V = 0.0, acceleration = 0.0, lambda_phi = 0.0;
+};
+/// An arc with its ends.
+struct ArcSpan {
+  ArcType type;
+  double duration = 0.0;
+  ArcState begin, end;
+};
+/// The arcs of a solution, or of a guess, in units of L and T, turned left.
+struct Chain {
+  double lambda_x = 0.0, lambda_y = 0.0;
+  std::vector<ArcSpan> arcs;
+
+  [[nodiscard]] Structure structure() const;
+  /// A = λx cos φ + λy sin φ, and A_φ.
+  [[nodiscard]] double along(double phi) const;
+  [[nodiscard]] double across(double phi) const;
+};
+/// The chain of a shot. \throws BadInput if the problem is not one of make_problem's.
+[[nodiscard]] Chain chain_of(const Problem& problem, const Shot& shot);
+/// The unknowns of the chain's structure, in the order of its problem.
+[[nodiscard]] Eigen::VectorXd unknowns(const Chain& chain);
 
 }  // namespace costate::disk
