@@ -23,19 +23,23 @@ std::string letters(const Structure& structure) {
   return text;
 }
 
-AnchorPlace anchor_of(const Structure& arcs) {
-  if (arcs.empty()) throw BadInput("the arc structure is empty: at least one arc is needed");
+std::string objection_to(const Structure& arcs) {
+  if (arcs.empty()) return "the arc structure is empty: at least one arc is needed";
   for (std::size_t i = 0; i + 1 < arcs.size(); ++i) {
     const ArcType &a = arcs[i], &b = arcs[i + 1];
     if (a.kind != ArcKind::saturated && b.kind != ArcKind::saturated) {
-      throw BadInput(fmt::format("arcs {} and {} of the structure are {} and {}: one of two neighbours must be saturated",
-                                 i + 1, i + 2, kind_name(a.kind), kind_name(b.kind)));
+      return fmt::format("arcs {} and {} of the structure are {} and {}: one of two neighbours must be saturated", i + 1, i + 2,
+                         kind_name(a.kind), kind_name(b.kind));
     }
     if (a.kind == b.kind && a.sign == b.sign) {
-      throw BadInput(fmt::format("arcs {} and {} of the structure are saturated with the same sign of V': they are one arc",
-                                 i + 1, i + 2));
+      return fmt::format("arcs {} and {} of the structure are saturated with the same sign of V': they are one arc", i + 1,
+                         i + 2);
     }
   }
+  return {};
+}
+
+AnchorPlace anchor_of(const Structure& arcs) {
   for (const ArcKind wanted : {ArcKind::free, ArcKind::boundary}) {
     const auto found = std::find_if(arcs.begin(), arcs.end(), [&](const ArcType& a) { return a.kind == wanted; });
     if (found != arcs.end()) return {wanted, static_cast<std::size_t>(found - arcs.begin())};

@@ -33,6 +33,7 @@ DiskProblem::DiskProblem(const Scene& scene, Structure arcs)
       limited_(scene.friction.has_value()),
       anchor_(anchor_of(arcs_)),
       guards_(guards_of(arcs_, limited_)) {
+  if (const std::string objection = objection_to(arcs_); !objection.empty()) throw BadInput(objection);
   const bool all_free = std::all_of(arcs_.begin(), arcs_.end(), [](const ArcType& a) { return a.kind == ArcKind::free; });
   if (!limited_ && !all_free) throw BadInput("the scene has no friction coefficient, but the structure needs one");
   name_everything(scene);

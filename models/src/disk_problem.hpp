@@ -47,7 +47,6 @@ struct AnchorPlace {
   /// Is the anchor anywhere but at the very start?
   [[nodiscard]] bool inside() const { return first_forward > 0 || kind == ArcKind::boundary; }
 };
-/// \throws BadInput if the structure cannot be.
 [[nodiscard]] AnchorPlace anchor_of(const Structure& arcs);
 
 /// Where the chain starts from, and the constant costates.

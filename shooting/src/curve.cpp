@@ -153,9 +153,8 @@ std::optional<CurvePoint> Curve::correct(Eigen::VectorXd u, const Constraint& co
 void Curve::describe(const Linearised& at, const Eigen::VectorXd& correction, const Eigen::VectorXd& forward,
                      CurvePoint& point) const {
   const Eigen::Index n = size();
-  Eigen::MatrixXd bordered(n + 1, n + 1);
-  bordered << at.derivative, forward.transpose();
-  point.tangent = bordered.fullPivLu().solve(Eigen::VectorXd::Unit(n + 1, n)).normalized();
+  point.tangent = at.derivative.fullPivLu().kernel().col(0).normalized();
+  if (point.tangent.dot(forward) < 0.0) point.tangent = -point.tangent;
   const auto& guards = at.shot.guards();
   point.guards.resize(static_cast<Eigen::Index>(guards.size()));
   point.guard_rates.resize(point.guards.size());

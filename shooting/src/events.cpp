@@ -192,11 +192,21 @@ Tracer::Step Tracer::change_structure(const Incident& zero) {
     candidates = restructure_({curve_->problem(), parameters, y, *zero.point->shot, zeros});
     record(zero, zero.kind);
     for (const Successor& candidate : candidates) {
-      if (enter(zero, candidate, branch_.events.size() - 1)) return branch_.reached ? Step::done : Step::goes_on;
+      const Entry entry = enter(zero, candidate, branch_.events.size() - 1);
+      if (entry == Entry::rigid) return stop_at_rigid();
+      if (entry == Entry::open) return branch_.reached ? Step::done : Step::goes_on;
     }
     branch_.events.pop_back();
   }
   return approach(zero);
+}
+
+/// A structure that holds for one value of the parameter only, whatever the costates: no motion near it is left beyond.
+Tracer::Step Tracer::stop_at_rigid() {
+  BranchEvent& event = branch_.events.back();
+  event.kind = EventKind::limit;
+  return end(fmt::format("{} vanishes at {:.12g}, where only one motion is left: beyond there is none near it", event.name,
+                         event.point.parameter));
 }
 
 /// Up to where no structure is known beyond: the step is cut until the place is reached.
@@ -255,31 +265,32 @@ std::optional<std::vector<CurvePoint>> Tracer::landings_between(Curve& curve, do
 }
 
 /// Finds the first point of the successor and goes on from there, if it is a solution there.
-bool Tracer::enter(const Incident& zero, const Successor& successor, std::size_t event) {
+Tracer::Entry Tracer::enter(const Incident& zero, const Successor& successor, std::size_t event) {
   const double place = curve_->parameter(zero.point->u);
   auto next = std::make_unique<Curve>(successor.problem,
                                       carried_over(curve_->problem(), curve_->parameters(), *successor.problem),
                                       parameter_place(*successor.problem, curve_->parameter_name()),
                                       curve_->parameter_scale(), flow_options());
   const auto first = first_point(*next, successor, place);
-  const auto between = first ? landings_between(*next, place, *first) : std::nullopt;
+  constexpr double standing = 1e-8;
+  const bool rigid = first && std::abs(first->tangent.tail(1)[0]) < standing &&
+                     std::abs(next->parameter(first->u) - place) < standing * curve_->parameter_scale();
+  const auto between = first && !rigid ? landings_between(*next, place, *first) : std::nullopt;
   if (!between) {
-    branch_.cost.add(next->statistics());
-    branch_.cost.newton_iterations += next->newton_iterations();
-    integration_steps_ += next->statistics().steps;
-    return false;
+    add_cost(*next);
+    if (rigid) branch_.events[event].after = structure_name(next->problem());
+    return rigid ? Entry::rigid : Entry::closed;
   }
-  add_cost();
+  add_cost(*curve_);
   curve_ = std::move(next);
   open_stretch();
   branch_.events[event].after = structure_name(curve_->problem());
   if (!zero.sure) locate_from_beyond(*first, successor, event);
   for (const CurvePoint& point : *between) keep(point);
   here_ = *first;
-  const bool arrived = std::any_of(between->begin(), between->end(), [&](const CurvePoint& p) { return p.landed == to_; });
-  branch_.reached = arrived;
-  if (!arrived) keep(here_);
-  return true;
+  branch_.reached = std::any_of(between->begin(), between->end(), [&](const CurvePoint& p) { return p.landed == to_; });
+  if (!branch_.reached) keep(here_);
+  return Entry::open;
 }
 
 /// Where the old structure is singular at its end the new one often is not: its opening guard vanishes at the event too.

@@ -35,7 +35,7 @@ Branch Tracer::run(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd
     while (step() == Step::goes_on) {
     }
   }
-  add_cost();
+  add_cost(*curve_);
   branch_.cost.seconds = thread_seconds() - began;
   return std::move(branch_);
 }
@@ -85,23 +85,20 @@ Tracer::Step Tracer::step() {
   if (static_cast<int>(branch_.points.size()) >= options_.max_points || steps >= options_.max_integration_steps) {
     return end(fmt::format("given up after {} points and {} integration steps", branch_.points.size(), steps));
   }
-  const Eigen::Index n = curve_->size();
   while (step_ >= options_.smallest_step) {
     Eigen::VectorXd predicted = here_.u + step_ * here_.tangent;
     if (curvature_) predicted += 0.5 * step_ * step_ * *curvature_;
-    Constraint constraint{.kind = Constraint::Kind::plane, .normal = here_.tangent};
-    double used = step_;
+    auto next = curve_->correct(predicted, {.kind = Constraint::Kind::plane, .normal = here_.tangent}, here_.tangent,
+                                corrector());
     const double now = here_.landed.value_or(curve_->parameter(here_.u));
-    const std::optional<double> landing = next_landing(now, curve_->parameter(predicted));
+    const std::optional<double> landing = next ? next_landing(now, curve_->parameter(next->u)) : std::nullopt;
+    double used = step_;
     if (landing) {
-      const double part = std::clamp((*landing - now) / (curve_->parameter(predicted) - now), 0.0, 1.0);
-      used = part * step_;
-      predicted = here_.u + used * here_.tangent;
-      if (curvature_) predicted += 0.5 * used * used * *curvature_;
-      predicted[n] = *landing / curve_->parameter_scale();
-      constraint = {.kind = Constraint::Kind::parameter, .value = *landing};
+      const double part = std::clamp((*landing - now) / (curve_->parameter(next->u) - now), 0.0, 1.0);
+      used *= part;
+      next = curve_->correct(here_.u + part * (next->u - here_.u), {.kind = Constraint::Kind::parameter, .value = *landing},
+                             here_.tangent, corrector());
     }
-    auto next = curve_->correct(predicted, constraint, here_.tangent, corrector());
     constexpr double least_cosine = 0.9;
     if (next && (next->tangent.dot(here_.tangent) >= least_cosine || step_ <= 10.0 * options_.smallest_step)) {
       const double wanted = step_;
@@ -111,7 +108,20 @@ Tracer::Step Tracer::step() {
     }
     step_ *= 0.5;
   }
-  return end(fmt::format("no further solution was found: {}", curve_->failure()));
+  return end(fmt::format("no further solution was found: {}{}", curve_->failure(), nearest_zero()));
+}
+
+/// Which guard is about to vanish, if one is: a hint at why a branch cannot go on.
+std::string Tracer::nearest_zero() const {
+  constexpr double near = 1e-2;
+  Eigen::Index least = -1;
+  for (Eigen::Index i = 0; i < here_.guards.size(); ++i) {
+    if (here_.guards[i] < near && here_.guard_rates[i] < 0.0 && (least < 0 || here_.guards[i] < here_.guards[least]))
+      least = i;
+  }
+  if (least < 0) return {};
+  return fmt::format("; {} is down to {:.2g}", here_.shot->guards()[static_cast<std::size_t>(least)].name,
+                     here_.guards[least]);
 }
 
 /// The next step from the size of the first correction, the contraction of the second, and the angle between the tangents.
@@ -177,10 +187,10 @@ BranchPoint Tracer::describe(const CurvePoint& point) const {
 
 void Tracer::keep(const CurvePoint& point) { branch_.points.push_back(describe(point)); }
 
-void Tracer::add_cost() {
-  branch_.cost.add(curve_->statistics());
-  branch_.cost.newton_iterations += curve_->newton_iterations();
-  integration_steps_ += curve_->statistics().steps;
+void Tracer::add_cost(const Curve& curve) {
+  branch_.cost.add(curve.statistics());
+  branch_.cost.newton_iterations += curve.newton_iterations();
+  integration_steps_ += curve.statistics().steps;
 }
 
 }  // namespace costate

@@ -16,6 +16,7 @@ class Tracer {
 
  private:
   enum class Step { goes_on, done };
+  enum class Entry { closed, rigid, open };
 
   /// The point where something happens within a step, at the arclength `s` from its start.
   struct Incident {
@@ -34,12 +35,14 @@ class Tracer {
   Step change_structure(const Incident& zero);
   Step approach(const Incident& zero);
   void record(const Incident& zero, EventKind kind);
-  bool enter(const Incident& zero, const Successor& successor, std::size_t event);
+  Step stop_at_rigid();
+  Entry enter(const Incident& zero, const Successor& successor, std::size_t event);
   void locate_from_beyond(const CurvePoint& first, const Successor& successor, std::size_t event);
   [[nodiscard]] std::optional<CurvePoint> first_point(Curve& curve, const Successor& successor, double parameter) const;
   [[nodiscard]] std::optional<std::vector<CurvePoint>> landings_between(Curve& curve, double event, const CurvePoint& first);
   Step end(std::string message);
 
+  [[nodiscard]] std::string nearest_zero() const;
   [[nodiscard]] std::optional<double> next_landing(double from, double to) const;
   [[nodiscard]] std::optional<Incident> first_incident(const CurvePoint& next);
   [[nodiscard]] std::optional<Incident> locate_fold(const CurvePoint& next);
@@ -56,7 +59,7 @@ class Tracer {
   void keep(const CurvePoint& point);
   void open_stretch();
   void adapt(const CurvePoint& next, double used);
-  void add_cost();
+  void add_cost(const Curve& curve);
 
   TraceOptions options_;
   const Restructure& restructure_;

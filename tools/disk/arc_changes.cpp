@@ -1,6 +1,7 @@
 #include "arc_changes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -204,11 +205,14 @@ std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
     Scene here = scene;
     here.friction = at.parameters[friction_place];
     const Structure structure = change.chain.structure();
+    if (!objection_to(structure).empty()) return;
     candidates.push_back({make_problem(here, structure), unknowns(change.chain), name_of(change.opening), change.size});
   };
-  for (const double part : {0.02, 0.002, 0.1}) {
-    add(order, part);
-    if (order.size() > 1) add({at.zeros.front()}, part);
+  const bool death = guards[at.zeros.front()].kind == GuardKind::duration;
+  const std::array sizes = death ? std::array{1e-2, 1e-4, 1e-6} : std::array{2e-2, 2e-3, 1e-1};
+  for (const double size : sizes) {
+    add(order, size);
+    if (order.size() > 1) add({at.zeros.front()}, size);
   }
   return candidates;
 }

@@ -132,6 +132,9 @@ using Structure = std::vector<ArcType>;
 /// "F" free, "C" saturated, "B" boundary, in order of time.
 [[nodiscard]] std::string letters(const Structure& structure);
 
+/// Why the arcs of a structure cannot meet as they do; empty if they can.
+[[nodiscard]] std::string objection_to(const Structure& structure);
+
 /// Parameters of the problem, by place. `friction` is present only in scenes with a coefficient.
 enum ScenePlace : std::size_t { x_place, y_place, heading_place, radius_place, speed_place, gravity_place, friction_place };
 
