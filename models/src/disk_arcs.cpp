@@ -28,8 +28,8 @@ std::string objection_to(const Structure& arcs) {
   for (std::size_t i = 0; i + 1 < arcs.size(); ++i) {
     const ArcType &a = arcs[i], &b = arcs[i + 1];
     if (a.kind != ArcKind::saturated && b.kind != ArcKind::saturated) {
-      return fmt::format("arcs {} and {} of the structure are {} and {}: one of two neighbours must be saturated", i + 1, i + 2,
-                         kind_name(a.kind), kind_name(b.kind));
+      return fmt::format("arcs {} and {} of the structure are {} and {}: one of two neighbours must be saturated", i + 1,
+                         i + 2, kind_name(a.kind), kind_name(b.kind));
     }
     if (a.kind == b.kind && a.sign == b.sign) {
       return fmt::format("arcs {} and {} of the structure are saturated with the same sign of V': they are one arc", i + 1,
@@ -145,6 +145,7 @@ void DiskProblem::set_guards(Shot& shot, const Scaled<Jet>& scene, const Anchor&
 
 Jet DiskProblem::guard(const GuardPlace& place, const Jet& friction, const Anchor& anchor, const ArcEnds& ends) const {
   const ArcType& arc = arcs_[place.arc];
+  const Jet d = ends.end.time - ends.begin.time;
   const Jet limit = friction * friction;
   const Jet lambda = anchor.lambda_x * anchor.lambda_x + anchor.lambda_y * anchor.lambda_y;
   const auto G = [&](const ChainPoint& at) {
@@ -154,10 +155,12 @@ Jet DiskProblem::guard(const GuardPlace& place, const Jet& friction, const Ancho
   switch (place.kind) {
     case GuardKind::friction_at_start: return left(ends.begin.lambda_phi);
     case GuardKind::friction_at_end: return left(ends.end.lambda_phi);
-    case GuardKind::friction_inside:
-      return passes_zero(anchor, ends, ends.end.time.value - ends.begin.time.value) ? left(1.0) : Jet(1.0);
-    case GuardKind::switching_at_start: return -arc.sign * G(ends.begin);
-    case GuardKind::switching_at_end: return arc.sign * G(ends.end);
+    case GuardKind::friction_inside: return passes_zero(anchor, ends, d.value) ? left(1.0) : Jet(1.0);
+    // From a free arc G starts at 0, and is of the order of the duration squared at the end of the motion.
+    case GuardKind::switching_at_start:
+      return -arc.sign * (beyond(place.arc, +1) == ArcKind::free ? ends.begin.G / (d * d) : G(ends.begin));
+    case GuardKind::switching_at_end:
+      return arc.sign * (beyond(place.arc, -1) == ArcKind::free ? ends.end.G / (d * d) : G(ends.end));
     case GuardKind::acceleration_at_start: return arc.sign * ends.begin.acceleration;
     case GuardKind::acceleration_at_end: return arc.sign * ends.end.acceleration;
     case GuardKind::turning_at_start: return 1.0 - ends.begin.V * ends.begin.V;
@@ -166,7 +169,7 @@ Jet DiskProblem::guard(const GuardPlace& place, const Jet& friction, const Ancho
     case GuardKind::multiplier_at_end: return -arc.sign * arc.course * G(ends.end);
     case GuardKind::duration: break;
   }
-  return ends.end.time - ends.begin.time;
+  return d;
 }
 
 Structure Chain::structure() const {

@@ -203,6 +203,7 @@ void DiskProblem::advance_saturated(Shot& shot, const Scaled<Jet>& scene, const 
   at.V = V1 + scale * end.state[1];
   at.acceleration = end.state[2];
   at.lambda_phi = end.state[3];
+  at.G = from.G + scale * end.quadrature[2];
 
   // S begins with slope −V' G, which vanishes where the arc leaves a free or a boundary one.
   const bool sloping = !previous || previous == ArcKind::saturated;

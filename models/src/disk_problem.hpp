@@ -28,9 +28,9 @@ struct Scaled {
   }
 };
 
-/// A point of the chain of arcs, positions relative to the anchor. V' is that of the arc behind.
+/// A point of the chain of arcs, positions relative to the anchor. V' and G = A − λφ V/Ω are those of a saturated arc behind.
 struct ChainPoint {
-  Jet time, phi, V, lambda_phi, x, y, acceleration;
+  Jet time, phi, V, lambda_phi, x, y, acceleration, G;
 };
 
 /// Both ends of an arc.

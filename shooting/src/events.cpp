@@ -11,6 +11,8 @@ namespace {
 
 /// A zero closer than this to a fold, in arclength, is what turns the branch back.
 constexpr double same_place = 1e-4;
+/// Farther away than this, a fold and a zero met in one step are told apart by a shorter one.
+constexpr double separable = 1e-3;
 /// Events are located with integrations tighter by this than those of the branch.
 constexpr double tighter = 0.01;
 
@@ -53,17 +55,32 @@ std::vector<double> carried_over(const Problem& old, const std::vector<double>& 
 
 /// The first of what happens between the present point and the next.
 std::optional<Tracer::Incident> Tracer::first_incident(const CurvePoint& next) {
+  const bool turns = (next.tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0);
   std::optional<Incident> first;
   for (Eigen::Index i = 0; i < next.guards.size(); ++i) {
     if (next.guards[i] >= 0.0) continue;
     Incident zero = locate_zero(next, static_cast<std::size_t>(i));
     if (!first || zero.s < first->s) first = std::move(zero);
   }
-  if ((next.tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0)) {
+  if (turns) {
     std::optional<Incident> fold = locate_fold(next);
     if (fold && (!first || fold->s < first->s - same_place)) return fold;
   }
   return first;
+}
+
+bool Tracer::entangled(const CurvePoint& next) const {
+  const bool turns = (next.tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0);
+  return turns && (next.guards.array() < 0.0).any() && (next.u - here_.u).norm() > separable;
+}
+
+/// The value to land on that lies between the present point and an incident, if there is one.
+std::optional<CurvePoint> Tracer::landing_before(const Incident& incident) {
+  const double now = here_.landed.value_or(curve_->parameter(here_.u)), there = curve_->parameter(incident.point->u);
+  const std::optional<double> landing = next_landing(now, there);
+  if (!landing || *landing == there) return std::nullopt;
+  const Eigen::VectorXd predicted = here_.u + (*landing - now) / (there - now) * (incident.point->u - here_.u);
+  return curve_->correct(predicted, {.kind = Constraint::Kind::parameter, .value = *landing}, here_.tangent, corrector());
 }
 
 std::optional<CurvePoint> Tracer::at(double s, const CurvePoint& next) {

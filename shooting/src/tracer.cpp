@@ -137,7 +137,12 @@ void Tracer::adapt(const CurvePoint& next, double used) {
 }
 
 Tracer::Step Tracer::accept(CurvePoint next) {
+  if (entangled(next)) {
+    step_ = 0.5 * (next.u - here_.u).dot(here_.tangent);
+    return Step::goes_on;
+  }
   if (const auto incident = first_incident(next)) {
+    if (auto landed = landing_before(*incident)) return accept(std::move(*landed));
     if (incident->kind != EventKind::fold) return change_structure(*incident);
     if (pass_fold(*incident) == Step::done) return Step::done;
   }

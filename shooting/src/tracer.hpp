@@ -45,6 +45,9 @@ class Tracer {
   [[nodiscard]] std::string nearest_zero() const;
   [[nodiscard]] std::optional<double> next_landing(double from, double to) const;
   [[nodiscard]] std::optional<Incident> first_incident(const CurvePoint& next);
+  /// Do a fold and a zero lie in one step, so that a shorter one is wanted to tell them apart?
+  [[nodiscard]] bool entangled(const CurvePoint& next) const;
+  [[nodiscard]] std::optional<CurvePoint> landing_before(const Incident& incident);
   [[nodiscard]] std::optional<Incident> locate_fold(const CurvePoint& next);
   [[nodiscard]] Incident locate_zero(const CurvePoint& next, std::size_t guard);
   /// The point at the arclength s from the present one along its tangent.

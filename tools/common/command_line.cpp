@@ -44,7 +44,7 @@ CommandLine::CommandLine(const std::string& tool, const std::string& description
 }
 
 CommandLine::Number& CommandLine::add(const std::string& flag, const Range& range, const std::string& help) {
-  numbers_.push_back(std::make_unique<Number>(Number{flag, "", nullptr, range, {}, {}, {}}));
+  numbers_.push_back(std::make_unique<Number>(Number{.flag = flag, .text = "", .range = range, .unit = range.unit}));
   Number& number = *numbers_.back();
   number.option = app_.add_option(flag, number.text, help)->type_name(range.unit.empty() ? "NUMBER" : range.unit);
   return number;
@@ -68,9 +68,11 @@ void CommandLine::choice(const std::string& flag, std::string& target, const std
 
 void CommandLine::number_or(const std::string& flag, std::optional<double>& target, Range range, const std::string& word,
                             const std::string& help) {
-  range.unit = fmt::format("{} or {}", range.unit, word);
+  const std::string unit = range.unit;
+  range.unit = fmt::format("{} or {}", unit, word);
   const std::string given = target ? fmt::format("{:.12g}", *target) : word;
   Number& number = add(flag, range, fmt::format("{} [{}]; {}", help, given, range.describe()));
+  number.unit = unit;
   number.store = [&target](double v) { target = v; };
   number.word = word;
   number.store_word = [&target] { target.reset(); };
@@ -125,6 +127,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
     app_.parse(argc, argv);
     store_numbers();
     check_choices();
+    read_variation();
     if (!csv.empty()) check_writable("--csv", csv);
     if (csv.empty() && csv_option_ != nullptr && csv_option_->count() > 0) throw BadInput("--csv '' is not a file name");
     return std::nullopt;

@@ -26,6 +26,15 @@ struct Range {
 /// Text to a finite number within the range. \throws BadInput naming flag, text and range.
 [[nodiscard]] double parse_number(const std::string& flag, const std::string& text, const Range& range);
 
+/// A number of the scene that is to run from one value to another.
+struct Variation {
+  std::string name;  ///< of the flag, without dashes
+  std::string unit;
+  double from = 0.0, to = 0.0;
+  std::vector<double> values;          ///< asked for, in order from `from` to `to`; none: the branch's own steps are shown
+  std::function<void(double)> store;   ///< sets the number in the scene
+};
+
 /// A tool's command line. Numbers are read as text and checked after all flags are known, so that every message is ours.
 class CommandLine {
  public:
@@ -47,6 +56,10 @@ class CommandLine {
 
   /// Adds --accuracy, --json, --csv and --quiet.
   void solver_flags();
+  /// Adds --vary and --at, for the numbers given so far.
+  void variation_flags();
+  /// What --vary asks for, if it was given. The scene's number has the value at which the variation starts.
+  [[nodiscard]] const std::optional<Variation>& variation() const { return variation_; }
 
   /// Reads the arguments. Returns the exit status if the tool is done (help, version, bad input), nothing if it should go on.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv);
@@ -62,7 +75,8 @@ class CommandLine {
     std::string text;
     CLI::Option* option = nullptr;
     Range range;
-    std::function<void(double)> store;
+    std::string unit{};  ///< of the number itself
+    std::function<void(double)> store{};
     std::string word{};  ///< admitted in place of a number, if any
     std::function<void()> store_word{};
   };
@@ -73,11 +87,16 @@ class CommandLine {
   };
   Number& add(const std::string& flag, const Range& range, const std::string& help);
   void store_numbers();
+  void read_variation();
   void check_choices() const;
   [[nodiscard]] std::string explain(const CLI::ParseError& error) const;
 
   CLI::App app_;
   CLI::Option* csv_option_ = nullptr;
+  std::string vary_, at_;
+  CLI::Option *vary_option_ = nullptr, *at_option_ = nullptr;
+  std::vector<const Number*> variable_;  ///< the numbers that may be varied
+  std::optional<Variation> variation_;
   std::string tool_;
   std::vector<std::unique_ptr<Number>> numbers_;
   std::vector<Choice> choices_;

@@ -52,4 +52,11 @@ struct Outcome {
   [[nodiscard]] const Quantity& operator[](const std::string& name) const { return find({&quantities()}, name); }
 };
 
+/// Where a branch starts: a shooting problem and its unknowns at a solution.
+struct BranchStart {
+  std::shared_ptr<const Problem> problem;
+  std::vector<double> parameters;
+  Eigen::VectorXd y;
+};
+
 }  // namespace costate::tools

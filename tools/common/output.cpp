@@ -66,15 +66,6 @@ void add_results(ordered_json& into, const Heading& heading, const std::vector<Q
   into["error_bound"] = std::move(bounds);
 }
 
-const char* status_name(Outcome::Status status) {
-  switch (status) {
-    case Outcome::Status::solved: return "solved";
-    case Outcome::Status::infeasible: return "infeasible";
-    case Outcome::Status::failed: return "failed";
-  }
-  return "";
-}
-
 /// Kinds of the arcs of a solved scene.
 std::vector<std::string> structure(const Outcome& outcome) {
   if (!outcome.solved()) return {};
@@ -88,6 +79,15 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 }  // namespace
+
+const char* status_name(Outcome::Status status) {
+  switch (status) {
+    case Outcome::Status::solved: return "solved";
+    case Outcome::Status::infeasible: return "infeasible";
+    case Outcome::Status::failed: return "failed";
+  }
+  return "";
+}
 
 ordered_json to_json(const Heading& heading, const Outcome& outcome) {
   ordered_json scene, limits = ordered_json::object();

@@ -20,6 +20,8 @@ struct Heading {
 [[nodiscard]] nlohmann::ordered_json to_json(const Heading& heading, const Outcome& outcome);
 void print_table(const Heading& heading, const Outcome& outcome);
 
+[[nodiscard]] const char* status_name(Outcome::Status status);
+
 /// The exit status that belongs to an outcome.
 [[nodiscard]] int exit_status(Outcome::Status status);
 

@@ -91,7 +91,19 @@ std::string why_not(Curve curve, const Scene& scene, const Descent& descent) {
       name_of(curve), scene.friction, descent.limit);
 }
 
+/// The rows are nearly linear in the unknowns wherever the root is, so whole Newton steps are right, and may be long.
+Solution solve_shooting(const Scene& scene, SolveOptions options) {
+  options.max_step = 100.0;
+  return solve(make_problem(scene), Eigen::Vector2d::Zero(), options);
+}
+
 }  // namespace
+
+std::optional<tools::BranchStart> branch_start(const Scene& scene) {
+  const Solution solution = solve_shooting(scene, {});
+  if (!solution.solved()) return std::nullopt;
+  return tools::BranchStart{solution.problem, solution.parameters, solution.y};
+}
 
 Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   const double began = thread_seconds();
@@ -103,10 +115,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
     outcome = frictionless(scene);
   } else {
     outcome.limits = {{"mu_max", "1", largest_friction(scene)}};
-    // The rows are nearly linear in the unknowns wherever the root is, so whole Newton steps are right, and may be long.
-    SolveOptions whole_steps = options;
-    whole_steps.max_step = 100.0;
-    outcome.solution = solve(make_problem(scene), Eigen::Vector2d::Zero(), whole_steps);
+    outcome.solution = solve_shooting(scene, options);
     outcome.cost = outcome.solution.cost;
     outcome.message = outcome.solution.message;
     outcome.status = outcome.solution.solved() ? Outcome::Status::solved : Outcome::Status::failed;

@@ -14,6 +14,10 @@ namespace costate::coulomb {
 /// final_time, lambda_x, lambda_y, lambda_v0, alpha0, alphaF, end_speed.
 [[nodiscard]] tools::Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
+/// Where a scene's branch starts: the shooting problem serves without friction, too, where the scene itself is in closed form.
+/// Nothing if Newton's method fails.
+[[nodiscard]] std::optional<tools::BranchStart> branch_start(const Scene& scene);
+
 /// The descent along a given curve. Infeasible, with the limit "mu_finish", if the bead stops before the end (the message
 /// says where) or the family has no curve through both points. Quantities: final_time, alpha0, alphaF, end_speed and, for
 /// kurilin, C. The rows of the trajectory cost a hundred times the rest, and are left out unless asked for. \throws BadInput

@@ -1,3 +1,4 @@
+#include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
 #include "comparison.hpp"
@@ -69,17 +70,28 @@ int main(int argc, char** argv) {
   line.choice("--curve", curve, words, "The wire");
   line.number("--epsilon", epsilon, {0.0, 1e3, ""}, "Of the parabola: 0 straight, 1 level at the end");
   line.toggle("--compare", compare, "Print the optimum and all curves in one table");
+  line.variation_flags();
   line.solver_flags();
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-coulomb", [&] {
     const SolveOptions options{.accuracy = line.accuracy, .advice = "a larger --accuracy"};
+    if (compare && line.variation()) throw BadInput("--compare and --vary exclude each other");
     if (compare && (!line.csv.empty() || curve != "optimal")) {
       throw BadInput(fmt::format("--compare and {} exclude each other", line.csv.empty() ? "--curve" : "--csv"));
     }
     const tools::Heading heading = heading_of(scene, curve, epsilon);
     if (compare) {
       return coulomb::deliver_comparison(heading, coulomb::compare(scene, epsilon, options), line.json, line.quiet);
+    }
+    if (line.variation()) {
+      if (curve != "optimal") throw BadInput(fmt::format("--vary and --curve {} exclude each other: the optimum is followed", curve));
+      return tools::deliver_variation({.variation = *line.variation(),
+                                       .heading = [&] { return heading_of(scene, curve, epsilon); },
+                                       .solve = [&] { return coulomb::solve_scene(scene, options); },
+                                       .start = [&](const tools::Outcome&) { return coulomb::branch_start(scene); },
+                                       .options = options},
+                                      line);
     }
     const std::optional<coulomb::Curve> wire = curve_of(curve);
     const tools::Outcome outcome = wire ? coulomb::solve_curve(*wire, scene, epsilon, !line.csv.empty())

@@ -189,8 +189,15 @@ bool at_start(GuardKind kind) {
 std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
   const Chain chain = chain_of(at.problem, at.shot);
   const std::vector<GuardPlace> guards = guards_of(chain.structure(), true);
+  // Of an arc without duration nothing else counts.
+  std::vector<std::size_t> zeros = at.zeros;
+  std::erase_if(zeros, [&](std::size_t zero) {
+    return guards[zero].kind != GuardKind::duration && std::any_of(at.zeros.begin(), at.zeros.end(), [&](std::size_t other) {
+             return guards[other] == GuardPlace{GuardKind::duration, guards[zero].arc};
+           });
+  });
   // Later arcs first, and at one arc the end first: what comes then keeps its place.
-  std::vector<std::size_t> order = at.zeros;
+  std::vector<std::size_t> order = zeros;
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     const GuardPlace &p = guards[a], &q = guards[b];
     return p.arc != q.arc ? p.arc > q.arc : at_start(p.kind) < at_start(q.kind);
@@ -199,7 +206,7 @@ std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
   const auto add = [&](const std::vector<std::size_t>& zeros, double part) {
     Change change{chain};
     for (const std::size_t zero : zeros) {
-      change.leads = zero == at.zeros.front();
+      change.leads = zero == zeros.front();
       if (!apply(change, guards[zero], part)) return;
     }
     Scene here = scene;
@@ -208,11 +215,11 @@ std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
     if (!objection_to(structure).empty()) return;
     candidates.push_back({make_problem(here, structure), unknowns(change.chain), name_of(change.opening), change.size});
   };
-  const bool death = guards[at.zeros.front()].kind == GuardKind::duration;
+  const bool death = guards[zeros.front()].kind == GuardKind::duration;
   const std::array sizes = death ? std::array{1e-2, 1e-4, 1e-6} : std::array{2e-2, 2e-3, 1e-1};
   for (const double size : sizes) {
     add(order, size);
-    if (order.size() > 1) add({at.zeros.front()}, size);
+    if (order.size() > 1) add({zeros.front()}, size);
   }
   return candidates;
 }

@@ -170,6 +170,11 @@ std::optional<double> least_friction(const Scene& scene) {
   return scene.speed * scene.speed * R / (scene.gravity * (R * R + L * L));
 }
 
+std::optional<tools::BranchStart> branch_start(const Scene& scene, const tools::Outcome& outcome) {
+  if (!scene.friction || outcome.solution.problem->structure().size() > 1) return std::nullopt;
+  return tools::BranchStart{make_problem(scene, {{ArcKind::free}}), parameters(scene), outcome.solution.y};
+}
+
 Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   const double began = thread_seconds();
   Outcome outcome;

@@ -26,6 +26,9 @@ struct Outcome : tools::Outcome {
 /// between two saturated ones that has shrunk to nothing leaves them alone.
 [[nodiscard]] Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
+/// How a solved scene is followed: where friction is limited but does not bind, its problem must know the limit all the same.
+[[nodiscard]] std::optional<tools::BranchStart> branch_start(const Scene& scene, const tools::Outcome& outcome);
+
 /// The least friction coefficient of a symmetric scene (chord at half the end heading, which is at most π): that of the
 /// circular arc at constant speed, c₁² R/(g (R² + L²)), R the circle's radius. Nothing for other scenes.
 [[nodiscard]] std::optional<double> least_friction(const Scene& scene);

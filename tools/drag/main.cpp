@@ -1,3 +1,4 @@
+#include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
 #include "drag_scene.hpp"
@@ -42,11 +43,17 @@ int main(int argc, char** argv) {
   line.number("--mu", scene.mu, {0.0, 1e6, "1/s"}, "Linear friction coefficient");
   line.number("--beta", scene.beta, {-1e6, 1e6, "s/m^2"}, "Cubic coefficient: negative hard, positive soft friction");
   line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
+  line.variation_flags();
   line.solver_flags();
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-drag", [&] {
-    const tools::Outcome outcome = drag::solve_scene(scene, {.accuracy = line.accuracy, .advice = "a nearer end point or other friction"});
+    const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point or other friction"};
+    const auto solve = [&] { return drag::solve_scene(scene, options); };
+    if (line.variation()) {
+      return tools::deliver_variation({.variation = *line.variation(), .heading = [&] { return heading_of(scene); }, .solve = solve, .options = options}, line);
+    }
+    const tools::Outcome outcome = solve();
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
   });
 }

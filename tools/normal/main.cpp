@@ -1,3 +1,4 @@
+#include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
 #include "normal_scene.hpp"
@@ -46,11 +47,17 @@ int main(int argc, char** argv) {
   line.number("--mu", scene.mu, {0.0, 1e3, ""}, "Friction coefficient mu");
   line.number("--beta", scene.beta, {-1e3, 1e3, "s^4/m^2"}, "Cubic friction beta: hard if negative, soft if positive");
   line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
+  line.variation_flags();
   line.solver_flags();
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-normal-friction", [&] {
-    const tools::Outcome outcome = normal_friction::solve_scene(scene, {.accuracy = line.accuracy, .advice = "a nearer end point or other friction"});
+    const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point or other friction"};
+    const auto solve = [&] { return normal_friction::solve_scene(scene, options); };
+    if (line.variation()) {
+      return tools::deliver_variation({.variation = *line.variation(), .heading = [&] { return heading_of(scene); }, .solve = solve, .options = options}, line);
+    }
+    const tools::Outcome outcome = solve();
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
   });
 }

@@ -164,7 +164,8 @@ enum class GuardKind {
   friction_at_start,      ///< (κ² − |λ|²Ω²)/κ² of a free arc that starts the motion
   friction_at_end,        ///< … that ends it
   friction_inside,        ///< (κ² − |λ|²)/κ² of a free arc on which A passes zero; 1 of another
-  switching_at_start,     ///< −G sign V' of a saturated arc that starts the motion: λ_V leaves zero to the right side
+  switching_at_start,     ///< −G sign V' of a saturated arc that starts the motion: λ_V leaves zero to the right side;
+                          ///< over the duration squared if a free arc follows
   switching_at_end,       ///< G sign V' of one that ends it or ends in a switch
   acceleration_at_start,  ///< |V'| of a saturated arc that starts the motion
   acceleration_at_end,    ///< … that ends it or ends in a switch

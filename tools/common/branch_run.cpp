@@ -1,0 +1,226 @@
+#include "branch_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate::tools {
+
+namespace {
+
+void add(Cost& sum, const Cost& cost) {
+  sum.seconds += cost.seconds;
+  sum.steps += cost.steps;
+  sum.rhs_evaluations += cost.rhs_evaluations;
+  sum.sensitivity_evaluations += cost.sensitivity_evaluations;
+  sum.newton_iterations += cost.newton_iterations;
+}
+
+std::optional<double> value_of(const std::vector<BranchReport>& reports, const std::string& name) {
+  const auto found = std::find_if(reports.begin(), reports.end(), [&](const BranchReport& r) { return r.name == name; });
+  return found == reports.end() ? std::nullopt : std::optional(found->value);
+}
+
+std::string structure_of(const Outcome& outcome) {
+  return outcome.closed_form ? outcome.closed_form->name : structure_name(*outcome.solution.problem);
+}
+
+class Follower {
+ public:
+  explicit Follower(const VariedScene& scene) : scene_(scene), variation_(scene.variation) {}
+
+  VariedOutcome run() {
+    const double began = thread_seconds();
+    if (const auto start = first()) follow(*start);
+    result_.cost.seconds = thread_seconds() - began;
+    return std::move(result_);
+  }
+
+ private:
+  bool shows_steps() const { return variation_.values.empty(); }
+  double toward(double distance) const { return variation_.to > variation_.from ? distance : -distance; }
+
+  Outcome solve_at(double value) {
+    variation_.store(value);
+    Outcome outcome = scene_.solve();
+    add(result_.cost, outcome.cost);
+    return outcome;
+  }
+
+  std::optional<BranchStart> start_of(const Outcome& outcome) const {
+    if (scene_.start) {
+      if (auto start = scene_.start(outcome)) return start;
+    }
+    if (outcome.closed_form) return std::nullopt;
+    return BranchStart{outcome.solution.problem, outcome.solution.parameters, outcome.solution.y};
+  }
+
+  /// The scene at the start of the variation; where that is known in closed form only, a little beyond.
+  std::optional<BranchStart> first() {
+    begin_ = variation_.from;
+    Outcome outcome = solve_at(begin_);
+    if (!outcome.solved()) return refuse(std::move(outcome));
+    if (auto start = start_of(outcome)) return start;
+    result_.points.push_back({.parameter = begin_,
+                              .requested = !shows_steps(),
+                              .solution = {},
+                              .closed_form = std::move(outcome.closed_form),
+                              .derivatives = {}});
+    constexpr double little = 1e-3;
+    begin_ = std::lerp(variation_.from, variation_.to, little);
+    for (const double value : variation_.values) {
+      if (value != variation_.from && std::abs(value - variation_.from) < std::abs(begin_ - variation_.from)) begin_ = value;
+    }
+    outcome = solve_at(begin_);
+    if (!outcome.solved()) return refuse(std::move(outcome));
+    return start_of(outcome);
+  }
+
+  std::nullopt_t refuse(Outcome outcome) {
+    result_.status = result_.points.empty() ? outcome.status : Outcome::Status::failed;
+    result_.message = fmt::format("at {} = {:g}: {}", variation_.name, begin_, outcome.message);
+    return std::nullopt;
+  }
+
+  void follow(BranchStart start) {
+    constexpr int most_restarts = 20;
+    for (int restarts = 0;; ++restarts) {
+      const Branch branch = trace_from(start);
+      keep(branch);
+      if (branch.reached || branch.points.empty()) return finish(branch);
+      const bool ended = !branch.events.empty() && (branch.events.back().kind == EventKind::limit || turned_back(branch));
+      const auto again = ended || restarts == most_restarts ? std::nullopt : beyond(branch);
+      if (!again) return finish(branch);
+      start = *again;
+    }
+  }
+
+  static bool turned_back(const Branch& branch) {
+    return std::any_of(branch.events.begin(), branch.events.end(),
+                       [](const BranchEvent& e) { return e.kind == EventKind::fold; });
+  }
+
+  Branch trace_from(const BranchStart& start) {
+    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9)};
+    const double low = std::min(begin_, variation_.to), high = std::max(begin_, variation_.to);
+    for (const double value : variation_.values) {
+      if (value >= low && value <= high) options.landings.push_back(value);
+    }
+    Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, variation_.to, options,
+                          scene_.restructure);
+    result_.branch_points += static_cast<int>(branch.points.size());
+    add(result_.follow_cost, branch.cost);
+    add(result_.cost, branch.cost);
+    return branch;
+  }
+
+  void keep(const Branch& branch) {
+    const std::size_t earlier = result_.events.size();
+    for (const BranchEvent& event : branch.events) {
+      result_.events.push_back({describe(event.kind), event.name, event.point.parameter, event.error_bound,
+                                value_of(event.point.reports, "final_time"), event.before, event.after});
+    }
+    for (std::size_t i = 0; i < branch.points.size(); ++i) {
+      const BranchPoint& point = branch.points[i];
+      if (!shows_steps() && !point.requested) continue;
+      const auto before = std::count_if(branch.events.begin(), branch.events.end(),
+                                        [&](const BranchEvent& e) { return e.position <= i; });
+      const Stretch& stretch = branch.stretches[point.stretch];
+      Shooting shooting(stretch.problem);
+      std::vector<double> parameters = stretch.parameters;
+      parameters[stretch.place] = point.parameter;
+      shooting.set_parameters(parameters);
+      Solution solution = solve(shooting, point.y, scene_.options);
+      add(result_.cost, solution.cost);
+      result_.points.push_back({.parameter = point.parameter,
+                                .events_before = earlier + static_cast<std::size_t>(before),
+                                .requested = point.requested,
+                                .solution = std::move(solution),
+                                .closed_form = std::nullopt,
+                                .derivatives = point.reports,
+                                .iterations = point.iterations});
+    }
+  }
+
+  /// Where the branch is taken up again: a scene beyond its end whose final time is what the end leads to expect.
+  std::optional<BranchStart> beyond(const Branch& branch) {
+    const BranchPoint& last = branch.points.back();
+    const auto time = std::find_if(last.reports.begin(), last.reports.end(),
+                                   [](const BranchReport& r) { return r.name == "final_time"; });
+    if (time == last.reports.end()) return std::nullopt;
+    const double range = std::abs(variation_.to - variation_.from);
+    for (const double distance : {1e-4, 1e-3, 1e-2}) {
+      const double step = toward(distance * range);
+      const double value = std::abs(variation_.to - last.parameter) <= std::abs(step) ? variation_.to
+                                                                                      : last.parameter + step;
+      const Outcome outcome = solve_at(value);
+      if (!outcome.solved() || value == variation_.to) continue;
+      const auto start = start_of(outcome);
+      if (!start) continue;
+      const double expected = time->value + time->derivative * (value - last.parameter);
+      const double found = outcome["final_time"].value;
+      const double near = 0.1 * std::abs(time->derivative * (value - last.parameter)) + 1e-4 * time->value;
+      if (!(std::abs(found - expected) <= near)) continue;
+      result_.events.push_back({"restart", "the problem is stated anew", value, std::abs(step), found,
+                                structure_name(*branch.stretches.back().problem), structure_of(outcome)});
+      begin_ = value;
+      return start;
+    }
+    return std::nullopt;
+  }
+
+  /// Steps towards an end of the branch that come too close to it for the accuracy are not shown.
+  int drop_unknown_steps() {
+    int dropped = 0;
+    while (!result_.points.empty() && !result_.points.back().requested && !result_.points.back().closed_form &&
+           !result_.points.back().solution.solved()) {
+      result_.points.pop_back();
+      ++dropped;
+    }
+    return dropped;
+  }
+
+  void finish(const Branch& branch) {
+    const int dropped = branch.reached ? 0 : drop_unknown_steps();
+    const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
+                                       [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
+    result_.message = branch.message;
+    if (dropped > 0) result_.message += fmt::format(" ({} steps nearer to it are not known to the accuracy)", dropped);
+    if (!branch.reached) {
+      const Outcome target = solve_at(variation_.to);
+      if (target.status == Outcome::Status::infeasible)
+        result_.message += fmt::format("; at {:g}: {}", variation_.to, target.message);
+    }
+    if (refused > 0) {
+      result_.message += fmt::format("{}{} of {} points could not be solved to the accuracy or verified",
+                                     result_.message.empty() ? "" : "; ", refused, result_.points.size());
+    }
+    result_.status = branch.reached && refused == 0 ? Outcome::Status::solved : Outcome::Status::failed;
+  }
+
+  const VariedScene& scene_;
+  const Variation& variation_;
+  double begin_ = 0.0;
+  VariedOutcome result_;
+};
+
+}  // namespace
+
+VariedOutcome follow_variation(const VariedScene& scene) { return Follower(scene).run(); }
+
+int deliver_variation(const VariedScene& scene, const CommandLine& line) {
+  const VariedOutcome outcome = follow_variation(scene);
+  scene.variation.store(scene.variation.from);
+  if (!line.csv.empty() && !outcome.points.empty()) write_csv(csv_text(scene, outcome), line.csv);
+  if (line.json) {
+    fmt::print("{}\n", to_json(scene, outcome).dump(2));
+  } else if (!line.quiet && line.csv != "-" && !outcome.points.empty()) {
+    print_table(scene, outcome);
+  }
+  if (outcome.status != Outcome::Status::solved && !line.json) {
+    fmt::print(stderr, "costate-{}: {}: {}\n", scene.heading().model, status_name(outcome.status), outcome.message);
+  }
+  return exit_status(outcome.status);
+}
+
+}  // namespace costate::tools
