@@ -3,6 +3,7 @@
 
 #include <costate/error.hpp>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -46,6 +47,22 @@ Branch trace(std::shared_ptr<const Problem> problem, const std::vector<double>& 
     }
   }
   return Tracer(std::move(problem), parameters, place, to, options, restructure).run(y, std::nullopt);
+}
+
+std::vector<BranchReport> derivatives(Shooting& shooting, const Eigen::VectorXd& y, const std::string& parameter) {
+  std::vector<double> path(shooting.parameters().size(), 0.0);
+  path[parameter_place(shooting.problem(), parameter)] = 1.0;
+  const Shot& shot = shooting.evaluate(y, path);
+  const Eigen::VectorXd slopes = -shooting.jacobian(shot).partialPivLu().solve(shooting.path_derivative(shot));
+  std::vector<BranchReport> result;
+  for (const Report& report : shot.reports()) {
+    double derivative = 0.0;
+    for (const auto& entry : report.value.gradient()) {
+      derivative += entry.derivative * (entry.column < slopes.size() ? slopes[entry.column] : 1.0);
+    }
+    result.push_back({report.name, report.unit, report.value.value, derivative});
+  }
+  return result;
 }
 
 Branch restart(const Branch& branch, std::size_t point, double to, const TraceOptions& options,

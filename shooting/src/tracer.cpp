@@ -86,29 +86,37 @@ Tracer::Step Tracer::step() {
     return end(fmt::format("given up after {} points and {} integration steps", branch_.points.size(), steps));
   }
   while (step_ >= options_.smallest_step) {
-    Eigen::VectorXd predicted = here_.u + step_ * here_.tangent;
-    if (curvature_) predicted += 0.5 * step_ * step_ * *curvature_;
-    auto next = curve_->correct(predicted, {.kind = Constraint::Kind::plane, .normal = here_.tangent}, here_.tangent,
-                                corrector());
-    const double now = here_.landed.value_or(curve_->parameter(here_.u));
-    const std::optional<double> landing = next ? next_landing(now, curve_->parameter(next->u)) : std::nullopt;
     double used = step_;
-    if (landing) {
-      const double part = std::clamp((*landing - now) / (curve_->parameter(next->u) - now), 0.0, 1.0);
-      used *= part;
-      next = curve_->correct(here_.u + part * (next->u - here_.u), {.kind = Constraint::Kind::parameter, .value = *landing},
-                             here_.tangent, corrector());
-    }
+    const std::optional<CurvePoint> next = advance(used);
     constexpr double least_cosine = 0.9;
     if (next && (next->tangent.dot(here_.tangent) >= least_cosine || step_ <= 10.0 * options_.smallest_step)) {
       const double wanted = step_;
       adapt(*next, used);
-      if (landing) step_ = std::max(step_, std::min(wanted, options_.largest_step));
-      return accept(std::move(*next));
+      if (used < wanted) step_ = std::max(step_, wanted);
+      return accept(*next);
     }
     step_ *= 0.5;
   }
   return end(fmt::format("no further solution was found: {}{}", curve_->failure(), nearest_zero()));
+}
+
+/// The point at the step's length along the curve, or the value to land on that comes first; `used` is the length then.
+std::optional<CurvePoint> Tracer::advance(double& used) {
+  Eigen::VectorXd beyond = here_.u + step_ * here_.tangent;
+  if (curvature_) beyond += 0.5 * step_ * step_ * *curvature_;
+  const double now = here_.landed.value_or(curve_->parameter(here_.u));
+  std::optional<double> landing = next_landing(now, curve_->parameter(beyond));
+  if (!landing) {
+    auto next = curve_->correct(beyond, {.kind = Constraint::Kind::plane, .normal = here_.tangent}, here_.tangent,
+                                corrector());
+    landing = next ? next_landing(now, curve_->parameter(next->u)) : std::nullopt;
+    if (!landing) return next;
+    beyond = next->u;
+  }
+  const double part = std::clamp((*landing - now) / (curve_->parameter(beyond) - now), 0.0, 1.0);
+  used = part * step_;
+  return curve_->correct(here_.u + part * (beyond - here_.u), {.kind = Constraint::Kind::parameter, .value = *landing},
+                         here_.tangent, corrector());
 }
 
 /// Which guard is about to vanish, if one is: a hint at why a branch cannot go on.

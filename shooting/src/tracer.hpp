@@ -30,6 +30,7 @@ class Tracer {
 
   bool begin(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd>& direction);
   Step step();
+  [[nodiscard]] std::optional<CurvePoint> advance(double& used);
   Step accept(CurvePoint next);
   Step pass_fold(const Incident& fold);
   Step change_structure(const Incident& zero);

@@ -132,12 +132,18 @@ class Follower {
       shooting.set_parameters(parameters);
       Solution solution = solve(shooting, point.y, scene_.options);
       add(result_.cost, solution.cost);
+      if (!solution.solved() && !point.requested && solution.certificate.checks.empty()) {
+        ++unknown_;  // too close to an event for the accuracy
+        continue;
+      }
+      std::vector<BranchReport> slopes;
+      if (solution.solved()) slopes = derivatives(shooting, solution.y, variation_.name);
       result_.points.push_back({.parameter = point.parameter,
                                 .events_before = earlier + static_cast<std::size_t>(before),
                                 .requested = point.requested,
                                 .solution = std::move(solution),
                                 .closed_form = std::nullopt,
-                                .derivatives = point.reports,
+                                .derivatives = std::move(slopes),
                                 .iterations = point.iterations});
     }
   }
@@ -169,23 +175,14 @@ class Follower {
     return std::nullopt;
   }
 
-  /// Steps towards an end of the branch that come too close to it for the accuracy are not shown.
-  int drop_unknown_steps() {
-    int dropped = 0;
-    while (!result_.points.empty() && !result_.points.back().requested && !result_.points.back().closed_form &&
-           !result_.points.back().solution.solved()) {
-      result_.points.pop_back();
-      ++dropped;
-    }
-    return dropped;
-  }
-
   void finish(const Branch& branch) {
-    const int dropped = branch.reached ? 0 : drop_unknown_steps();
     const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
                                        [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
     result_.message = branch.message;
-    if (dropped > 0) result_.message += fmt::format(" ({} steps nearer to it are not known to the accuracy)", dropped);
+    if (unknown_ > 0) {
+      result_.message += fmt::format("{}{} steps close to an event are left out: they are not known to the accuracy",
+                                     result_.message.empty() ? "" : "; ", unknown_);
+    }
     if (!branch.reached) {
       const Outcome target = solve_at(variation_.to);
       if (target.status == Outcome::Status::infeasible)
@@ -201,6 +198,7 @@ class Follower {
   const VariedScene& scene_;
   const Variation& variation_;
   double begin_ = 0.0;
+  int unknown_ = 0;  ///< steps that could not be solved to the accuracy
   VariedOutcome result_;
 };
 

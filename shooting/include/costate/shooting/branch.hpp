@@ -107,6 +107,12 @@ struct TraceOptions {
 [[nodiscard]] Branch restart(const Branch& branch, std::size_t point, double to, const TraceOptions& options = {},
                              const Restructure& restructure = {}, bool backward = false);
 
+/// Derivatives of the reports with respect to a named parameter at a solution y of the shooting's problem at its present
+/// parameters: d/dp = ∂/∂p − ∂/∂y R_y⁻¹ R_p, exact, from sensitivities. \throws BadInput for an unknown parameter, LeftDomain if the
+/// problem cannot be evaluated there.
+[[nodiscard]] std::vector<BranchReport> derivatives(Shooting& shooting, const Eigen::VectorXd& y,
+                                                    const std::string& parameter);
+
 /// Names of the arcs of a problem's structure, joined: "saturated-free-saturated".
 [[nodiscard]] std::string structure_name(const Problem& problem);
 
