@@ -163,6 +163,7 @@ void Tracer::sharpen(Incident& zero) {
 Tracer::Step Tracer::pass_fold(const Incident& fold) {
   const std::string structure = structure_name(curve_->problem());
   branch_.events.push_back({.kind = EventKind::fold,
+                            .announced = EventKind::fold,
                             .name = "the branch turns back",
                             .point = describe(*fold.point),
                             .before = structure,
@@ -187,6 +188,7 @@ std::vector<std::size_t> Tracer::zeros_at(const Incident& zero) const {
 
 void Tracer::record(const Incident& zero, EventKind kind) {
   branch_.events.push_back({.kind = kind,
+                            .announced = zero.point->shot->guards()[zero.guard].kind,
                             .name = zero.point->shot->guards()[zero.guard].name,
                             .point = describe(*zero.point),
                             .before = structure_name(curve_->problem()),
@@ -294,10 +296,12 @@ Tracer::Entry Tracer::enter(const Incident& zero, const Successor& successor, st
                      std::abs(next->parameter(first->u) - place) < standing * curve_->parameter_scale();
   const auto between = first && !rigid ? landings_between(*next, place, *first) : std::nullopt;
   if (!between) {
+    branch_.event_iterations += next->newton_iterations();
     add_cost(*next);
     if (rigid) branch_.events[event].after = structure_name(next->problem());
     return rigid ? Entry::rigid : Entry::closed;
   }
+  branch_.event_iterations += next->newton_iterations();
   add_cost(*curve_);
   curve_ = std::move(next);
   open_stretch();

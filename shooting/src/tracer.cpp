@@ -97,7 +97,7 @@ Tracer::Step Tracer::step() {
     }
     step_ *= 0.5;
   }
-  return end(fmt::format("no further solution was found: {}{}", curve_->failure(), nearest_zero()));
+  return give_up();
 }
 
 /// The point at the step's length along the curve, or the value to land on that comes first; `used` is the length then.
@@ -119,17 +119,21 @@ std::optional<CurvePoint> Tracer::advance(double& used) {
                          here_.tangent, corrector());
 }
 
-/// Which guard is about to vanish, if one is: a hint at why a branch cannot go on.
-std::string Tracer::nearest_zero() const {
-  constexpr double near = 1e-2;
-  Eigen::Index least = -1;
+/// Where no step leads on. A guard that is about to vanish, within a short way along the tangent, is why.
+Tracer::Step Tracer::give_up() {
+  constexpr double near = 1e-3;
+  Incident zero{.s = near, .point = here_};
   for (Eigen::Index i = 0; i < here_.guards.size(); ++i) {
-    if (here_.guards[i] < near && here_.guard_rates[i] < 0.0 && (least < 0 || here_.guards[i] < here_.guards[least]))
-      least = i;
+    const double distance = here_.guard_rates[i] < 0.0 ? -here_.guards[i] / here_.guard_rates[i] : near;
+    if (distance >= zero.s) continue;
+    zero.s = distance;
+    zero.guard = static_cast<std::size_t>(i);
   }
-  if (least < 0) return {};
-  return fmt::format("; {} is down to {:.2g}", here_.shot->guards()[static_cast<std::size_t>(least)].name,
-                     here_.guards[least]);
+  if (zero.s == near) return end(fmt::format("no further solution was found: {}", curve_->failure()));
+  zero.error_bound = std::abs(curve_->parameter(zero.s * here_.tangent));
+  record(zero, EventKind::limit);
+  return end(fmt::format("{} all but vanishes, and no further solution was found: {}", branch_.events.back().name,
+                         curve_->failure()));
 }
 
 /// The next step from the size of the first correction, the contraction of the second, and the angle between the tangents.
@@ -149,7 +153,10 @@ Tracer::Step Tracer::accept(CurvePoint next) {
     step_ = 0.5 * (next.u - here_.u).dot(here_.tangent);
     return Step::goes_on;
   }
-  if (const auto incident = first_incident(next)) {
+  const long before = curve_->newton_iterations();
+  const auto incident = first_incident(next);
+  branch_.event_iterations += curve_->newton_iterations() - before;
+  if (incident) {
     if (auto landed = landing_before(*incident)) return accept(std::move(*landed));
     if (incident->kind != EventKind::fold) return change_structure(*incident);
     if (pass_fold(*incident) == Step::done) return Step::done;

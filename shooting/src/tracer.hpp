@@ -41,9 +41,9 @@ class Tracer {
   void locate_from_beyond(const CurvePoint& first, const Successor& successor, std::size_t event);
   [[nodiscard]] std::optional<CurvePoint> first_point(Curve& curve, const Successor& successor, double parameter) const;
   [[nodiscard]] std::optional<std::vector<CurvePoint>> landings_between(Curve& curve, double event, const CurvePoint& first);
+  Step give_up();
   Step end(std::string message);
 
-  [[nodiscard]] std::string nearest_zero() const;
   [[nodiscard]] std::optional<double> next_landing(double from, double to) const;
   [[nodiscard]] std::optional<Incident> first_incident(const CurvePoint& next);
   /// Do a fold and a zero lie in one step, so that a shorter one is wanted to tell them apart?

@@ -88,8 +88,7 @@ class Follower {
       const Branch branch = trace_from(start);
       keep(branch);
       if (branch.reached || branch.points.empty()) return finish(branch);
-      const bool ended = !branch.events.empty() && (branch.events.back().kind == EventKind::limit || turned_back(branch));
-      const auto again = ended || restarts == most_restarts ? std::nullopt : beyond(branch);
+      const auto again = turned_back(branch) || restarts == most_restarts ? std::nullopt : beyond(branch);
       if (!again) return finish(branch);
       start = *again;
     }
@@ -109,6 +108,7 @@ class Follower {
     Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, variation_.to, options,
                           scene_.restructure);
     result_.branch_points += static_cast<int>(branch.points.size());
+    result_.event_iterations += branch.event_iterations;
     add(result_.follow_cost, branch.cost);
     add(result_.cost, branch.cost);
     return branch;
@@ -167,8 +167,14 @@ class Follower {
       const double found = outcome["final_time"].value;
       const double near = 0.1 * std::abs(time->derivative * (value - last.parameter)) + 1e-4 * time->value;
       if (!(std::abs(found - expected) <= near)) continue;
-      result_.events.push_back({"restart", "the problem is stated anew", value, std::abs(step), found,
-                                structure_name(*branch.stretches.back().problem), structure_of(outcome)});
+      const std::string before = structure_name(*branch.stretches.back().problem), after = structure_of(outcome);
+      if (!branch.events.empty() && branch.events.back().kind == EventKind::limit) {
+        // The scene solved cold has the structure that the model could not name.
+        result_.events.back().kind = describe(branch.events.back().announced);
+        result_.events.back().after = after;
+      } else {
+        result_.events.push_back({"restart", "the problem is stated anew", value, std::abs(step), found, before, after});
+      }
       begin_ = value;
       return start;
     }

@@ -48,6 +48,7 @@ struct VariedOutcome {
   std::vector<VariedPoint> points;
   std::vector<VariedEvent> events;
   int branch_points = 0;  ///< that were followed, shown or not
+  long event_iterations = 0;  ///< of Newton's method, on events
   Cost follow_cost;       ///< of following the branch
   Cost cost;              ///< of everything
 };

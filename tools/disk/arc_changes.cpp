@@ -50,25 +50,50 @@ ArcSpan boundary(const ArcSpan& neighbour, const ArcState& at, double duration) 
   return {{ArcKind::boundary, at.V * at.V > 0.5 ? 1.0 : -1.0, neighbour.type.turn, sign(at.V)}, duration, at, at};
 }
 
-/// Time and state on a free arc where A passes zero first: friction is largest there.
-std::pair<double, ArcState> most_friction(const Chain& chain, const ArcSpan& arc) {
+/// Times and states on a free arc where A passes zero: friction is largest there, and equally large at all.
+std::vector<std::pair<double, ArcState>> most_friction(const Chain& chain, const ArcSpan& arc) {
   constexpr int steps = 400;
   const double h = arc.duration / steps;
   ArcState at = arc.begin;
   const auto rate = [&](double phi, double lambda_phi) {
     return std::pair{lambda_phi, -chain.along(phi) * chain.across(phi)};
   };
+  std::vector<std::pair<double, ArcState>> places;
   for (int i = 0; i < steps; ++i) {
     const auto [phi1, lambda1] = rate(at.phi, at.lambda_phi);
     const auto [phi2, lambda2] = rate(at.phi + 0.5 * h * phi1, at.lambda_phi + 0.5 * h * lambda1);
     ArcState next = at;
     next.phi += h * phi2;
     next.lambda_phi += h * lambda2;
-    if ((chain.along(next.phi) < 0.0) != (chain.along(at.phi) < 0.0))
-      return {h * (i + 0.5), free_state(chain, next.phi, next)};
+    if ((chain.along(next.phi) < 0.0) != (chain.along(at.phi) < 0.0)) {
+      places.emplace_back(h * (i + 0.5), free_state(chain, next.phi, next));
+    }
     at = next;
   }
-  return {0.5 * arc.duration, free_state(chain, at.phi, at)};
+  return places;
+}
+
+/// A free arc that is cut by saturated ones, d long, where it uses most friction.
+bool cut_inside(Change& change, std::size_t i, double d) {
+  const auto places = most_friction(change.chain, change.chain.arcs[i]);
+  if (places.empty()) return false;
+  const ArcSpan whole = change.chain.arcs[i];
+  const auto beside = [&](const ArcState& middle, double time) {
+    return free_state(change.chain, middle.phi + time * middle.lambda_phi, middle);
+  };
+  double from = 0.0;
+  std::size_t at = i;
+  for (const auto& [time, middle] : places) {
+    ArcSpan& before = change.chain.arcs[at];
+    before.duration = std::max(d, time - 0.5 * d - from);
+    before.end = beside(middle, -0.5 * d);
+    from = time + 0.5 * d;
+    change.insert(at + 1, saturated(middle, d));
+    change.insert(at + 2, {{ArcKind::free}, std::max(d, whole.duration - from), beside(middle, 0.5 * d), whole.end});
+    at += 2;
+  }
+  change.open(GuardKind::duration, i + 1, d);
+  return true;
 }
 
 /// An arc that is left out, with what that leaves behind. False if the neighbours cannot meet.
@@ -132,18 +157,7 @@ bool apply(Change& change, const GuardPlace& guard, double part) {
       change.insert(i + 1, saturated(arc.end, d));
       change.open(GuardKind::duration, i + 1, d);
       return true;
-    case GuardKind::friction_inside: {
-      const auto [time, middle] = most_friction(change.chain, arc);
-      ArcSpan rest = arc;
-      rest.duration = std::max(d, arc.duration - time - 0.5 * d);
-      rest.begin = free_state(change.chain, middle.phi + 0.5 * d * middle.lambda_phi, middle);
-      arc.duration = std::max(d, time - 0.5 * d);
-      arc.end = free_state(change.chain, middle.phi - 0.5 * d * middle.lambda_phi, middle);
-      change.insert(i + 1, saturated(middle, d));
-      change.insert(i + 2, rest);
-      change.open(GuardKind::duration, i + 1, d);
-      return true;
-    }
+    case GuardKind::friction_inside: return cut_inside(change, i, d);
     case GuardKind::switching_at_start: {
       arc.duration -= d;
       const ArcState at = arc.begin;

@@ -44,7 +44,9 @@ struct Stretch {
 
 struct BranchEvent {
   EventKind kind = EventKind::fold;
-  std::string name;  ///< what vanishes there
+  EventKind announced =
+      EventKind::fold;  ///< what the guard that vanishes stands for; `kind` is limit if no structure follows
+  std::string name;     ///< what vanishes there
   BranchPoint point;
   std::string before, after;  ///< names of the structures on both sides; `after` is empty where the branch ends
   double error_bound =
@@ -59,6 +61,7 @@ struct Branch {
   bool reached = false;  ///< the wanted end was reached
   std::string message;   ///< why it ended early
   Cost cost;
+  long event_iterations = 0;  ///< of Newton's method, those spent on locating events and entering structures
 };
 
 /// A structure to go on with, after a guard has vanished.
