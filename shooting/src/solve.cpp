@@ -244,6 +244,7 @@ class Solver {
     if (objection.empty()) {
       solution_.status = Solution::Status::solved;
     } else {
+      solution_.status = Solution::Status::refused;
       solution_.message = objection;
     }
   }

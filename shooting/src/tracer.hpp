@@ -73,6 +73,7 @@ class Tracer {
   CurvePoint here_;
   std::optional<Eigen::VectorXd> curvature_;  ///< d(tangent)/ds, from the last two points
   double step_;
+  int folds_in_place_ = 0;  ///< in a row
   int dead_ends_ = 0;           ///< times this stretch was found to end without a successor
   long integration_steps_ = 0;  ///< of curves that are left behind
 };

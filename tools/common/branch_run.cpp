@@ -85,11 +85,12 @@ class Follower {
   void follow(BranchStart start) {
     constexpr int most_restarts = 20;
     for (int restarts = 0;; ++restarts) {
-      const Branch branch = trace_from(start);
-      keep(branch);
+      Branch branch = trace_from(start);
+      verify(branch);
       if (branch.reached || branch.points.empty()) return finish(branch);
       const auto again = turned_back(branch) || restarts == most_restarts ? std::nullopt : beyond(branch);
       if (!again) return finish(branch);
+      refused_.reset();
       start = *again;
     }
   }
@@ -100,7 +101,7 @@ class Follower {
   }
 
   Branch trace_from(const BranchStart& start) {
-    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9)};
+    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .max_points = 1000};
     const double low = std::min(begin_, variation_.to), high = std::max(begin_, variation_.to);
     for (const double value : variation_.values) {
       if (value >= low && value <= high) options.landings.push_back(value);
@@ -114,38 +115,64 @@ class Follower {
     return branch;
   }
 
-  void keep(const Branch& branch) {
-    const std::size_t earlier = result_.events.size();
+  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it, or run on
+  /// where its unknowns have become singular: then it ends at the last point that is one. A few steps close to an event may not
+  /// be known to the accuracy.
+  void verify(Branch& branch) {
+    constexpr int most_unknown = 20;
+    int in_a_row = 0;
+    std::size_t good = 0;
+    std::vector<VariedPoint> shown;
+    for (std::size_t i = 0; i < branch.points.size(); ++i) {
+      const BranchPoint& point = branch.points[i];
+      if (!shows_steps() && !point.requested && i > 0) continue;
+      VariedPoint solved = solve_point(branch, i);
+      const bool unknown = solved.solution.status == Solution::Status::failed;
+      in_a_row = unknown ? in_a_row + 1 : 0;
+      if (solved.solution.status == Solution::Status::refused || in_a_row > most_unknown) {
+        unknown_ -= std::min(unknown_, in_a_row);
+        refused_ = std::move(solved);
+        cut(branch, i == 0 ? 0 : good + 1);
+        break;
+      }
+      if (!unknown) good = i;
+      if (unknown && !point.requested) ++unknown_;
+      if (point.requested || (shows_steps() && solved.solution.solved())) shown.push_back(std::move(solved));
+    }
+    for (VariedPoint& point : shown) result_.points.push_back(std::move(point));
     for (const BranchEvent& event : branch.events) {
       result_.events.push_back({describe(event.kind), event.name, event.point.parameter, event.error_bound,
                                 value_of(event.point.reports, "final_time"), event.before, event.after});
     }
-    for (std::size_t i = 0; i < branch.points.size(); ++i) {
-      const BranchPoint& point = branch.points[i];
-      if (!shows_steps() && !point.requested) continue;
-      const auto before = std::count_if(branch.events.begin(), branch.events.end(),
-                                        [&](const BranchEvent& e) { return e.position <= i; });
-      const Stretch& stretch = branch.stretches[point.stretch];
-      Shooting shooting(stretch.problem);
-      std::vector<double> parameters = stretch.parameters;
-      parameters[stretch.place] = point.parameter;
-      shooting.set_parameters(parameters);
-      Solution solution = solve(shooting, point.y, scene_.options);
-      add(result_.cost, solution.cost);
-      if (!solution.solved() && !point.requested && solution.certificate.checks.empty()) {
-        ++unknown_;  // too close to an event for the accuracy
-        continue;
-      }
-      std::vector<BranchReport> slopes;
-      if (solution.solved()) slopes = derivatives(shooting, solution.y, variation_.name);
-      result_.points.push_back({.parameter = point.parameter,
-                                .events_before = earlier + static_cast<std::size_t>(before),
-                                .requested = point.requested,
-                                .solution = std::move(solution),
-                                .closed_form = std::nullopt,
-                                .derivatives = std::move(slopes),
-                                .iterations = point.iterations});
-    }
+  }
+
+  void cut(Branch& branch, std::size_t length) const {
+    branch.points.resize(length);
+    std::erase_if(branch.events, [&](const BranchEvent& e) { return e.position >= length; });
+    branch.reached = false;
+    branch.message = fmt::format("from {} = {:.12g} on: {}", variation_.name, refused_->parameter,
+                                 refused_->solution.message);
+  }
+
+  VariedPoint solve_point(const Branch& branch, std::size_t i) {
+    const BranchPoint& point = branch.points[i];
+    const auto before = std::count_if(branch.events.begin(), branch.events.end(),
+                                      [&](const BranchEvent& e) { return e.position <= i; });
+    const Stretch& stretch = branch.stretches[point.stretch];
+    Shooting shooting(stretch.problem);
+    std::vector<double> parameters = stretch.parameters;
+    parameters[stretch.place] = point.parameter;
+    shooting.set_parameters(parameters);
+    VariedPoint result{.parameter = point.parameter,
+                       .events_before = result_.events.size() + static_cast<std::size_t>(before),
+                       .requested = point.requested,
+                       .solution = solve(shooting, point.y, scene_.options),
+                       .closed_form = std::nullopt,
+                       .derivatives = {},
+                       .iterations = point.iterations};
+    add(result_.cost, result.solution.cost);
+    if (result.solution.solved()) result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
+    return result;
   }
 
   /// Where the branch is taken up again: a scene beyond its end whose final time is what the end leads to expect.
@@ -155,7 +182,10 @@ class Follower {
                                    [](const BranchReport& r) { return r.name == "final_time"; });
     if (time == last.reports.end()) return std::nullopt;
     const double range = std::abs(variation_.to - variation_.from);
-    for (const double distance : {1e-4, 1e-3, 1e-2}) {
+    constexpr double shortest = 1e-4, longest = 1e-2;
+    distance_ = std::abs(last.parameter - begin_) > 10.0 * distance_ * range ? shortest
+                                                                             : std::min(longest, 10.0 * distance_);
+    for (double distance = distance_; distance <= longest; distance *= 10.0) {
       const double step = toward(distance * range);
       const double value = std::abs(variation_.to - last.parameter) <= std::abs(step) ? variation_.to
                                                                                       : last.parameter + step;
@@ -182,6 +212,10 @@ class Follower {
   }
 
   void finish(const Branch& branch) {
+    if (refused_) {
+      refused_->events_before = result_.events.size();
+      result_.points.push_back(std::move(*refused_));
+    }
     const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
                                        [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
     result_.message = branch.message;
@@ -204,7 +238,9 @@ class Follower {
   const VariedScene& scene_;
   const Variation& variation_;
   double begin_ = 0.0;
-  int unknown_ = 0;  ///< steps that could not be solved to the accuracy
+  double distance_ = 1e-4;              ///< to the next place at which the branch is taken up again, by the whole range
+  int unknown_ = 0;                     ///< steps that could not be solved to the accuracy
+  std::optional<VariedPoint> refused_;  ///< the root that is no solution at which the branch was cut
   VariedOutcome result_;
 };
 

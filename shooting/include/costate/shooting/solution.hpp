@@ -69,7 +69,11 @@ struct ArcTrace {
 };
 
 struct Solution {
-  enum class Status { solved, failed };
+  enum class Status {
+    solved,
+    failed,   ///< no root was found to the accuracy
+    refused,  ///< a root was found, but it is no solution: an unknown is outside its domain, or a path check does not hold
+  };
 
   Status status = Status::failed;
   std::string message;  ///< why not, and what to try; empty if solved
