@@ -145,7 +145,8 @@ void Tracer::adapt(const CurvePoint& next, double used) {
                                   std::sqrt(wanted_contraction / std::max(least, next.contraction)),
                                   wanted_angle / std::max(least, angle)});
   const double growth = dead_ends_ > 0 ? 1.0 : 2.0;
-  step_ = std::min(options_.largest_step, used * std::clamp(factor, 0.5, growth));
+  const double parameter_rate = std::max(least, std::abs(next.tangent.tail(1)[0]));
+  step_ = std::min(options_.largest_step / parameter_rate, used * std::clamp(factor, 0.5, growth));
 }
 
 Tracer::Step Tracer::accept(CurvePoint next) {

@@ -70,6 +70,7 @@ ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome) {
                       {"status", solved(point) ? "solved" : "refused"},
                       {"structure", structure_of(point)},
                       {"requested", point.requested},
+                      {"objection", point.objection},
                       {"quantities", std::move(results)},
                       {"iterations", point.iterations},
                       {"events_before", point.events_before},
@@ -132,7 +133,7 @@ void print_table(const VariedScene& scene, const VariedOutcome& outcome) {
       const Quantity* unknown = quantity(point, name);
       fmt::print("  {:>14.10g}", unknown == nullptr ? std::nan("") : unknown->value);
     }
-    fmt::print("  {}\n", structure_of(point));
+    fmt::print("  {}{}{}\n", structure_of(point), point.objection.empty() ? "" : "; ", point.objection);
   }
   events_until(outcome.events.size());
   const double iterations = static_cast<double>(outcome.follow_cost.newton_iterations - outcome.event_iterations);
@@ -152,13 +153,14 @@ std::string csv_text(const VariedScene& scene, const VariedOutcome& outcome) {
         columns.push_back(q);
     }
   }
-  std::string text = fmt::format("{} [{}],status,arcs", scene.variation.name, scene.variation.unit);
+  std::string text = fmt::format("{} [{}],status,arcs,objection", scene.variation.name, scene.variation.unit);
   for (const Quantity& c : columns) {
     text += fmt::format(",{0} [{1}],{0} bound,d {0}/d {2}", c.name, c.unit, scene.variation.name);
   }
   text += '\n';
   for (const VariedPoint& point : outcome.points) {
-    text += fmt::format("{:.17g},{},{}", point.parameter, solved(point) ? "solved" : "refused", structure_of(point));
+    text += fmt::format("{:.17g},{},{},{}", point.parameter, solved(point) ? "solved" : "refused", structure_of(point),
+                        point.objection);
     for (const Quantity& c : columns) {
       const Quantity* q = solved(point) ? quantity(point, c.name) : nullptr;
       const double slope = derivative(point, c.name);

@@ -171,7 +171,9 @@ class Follower {
                        .derivatives = {},
                        .iterations = point.iterations};
     add(result_.cost, result.solution.cost);
-    if (result.solution.solved()) result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
+    if (!result.solution.solved()) return result;
+    result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
+    if (scene_.judge) result.objection = scene_.judge(result.solution);
     return result;
   }
 

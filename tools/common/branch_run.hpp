@@ -18,6 +18,7 @@ struct VariedScene {
   /// The problem to follow the scene's solution with. Empty, or nothing returned: the problem of the outcome.
   std::function<std::optional<BranchStart>(const Outcome&)> start{};
   Restructure restructure{};
+  std::function<std::string(const Solution&)> judge{};  ///< why a solved extremal is no minimum after all; empty if nothing is known
   SolveOptions options{};
 };
 
@@ -28,6 +29,7 @@ struct VariedPoint {
   bool requested = false;
   Solution solution;  ///< empty where a closed form is the answer
   std::optional<ClosedForm> closed_form;
+  std::string objection{};          ///< why the extremal is no minimum, if that is known
   std::vector<BranchReport> derivatives;  ///< of the branch's reports
   int iterations = 0;
 };

@@ -4,11 +4,9 @@
 #include "extremal_search.hpp"
 
 #include <costate/error.hpp>
-#include <costate/shooting/continuation.hpp>
+#include <costate/shooting/branch.hpp>
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -84,12 +82,10 @@ class SceneSolver {
   std::string failure_;
 };
 
-/// Why an extremal is not the answer.
-std::string objection(const Extremal& extremal) {
-  if (extremal.focal.empty()) return "slower";
-  const double T = extremal.solution.final_time();
-  return fmt::format("focal point at t = {:.9g} s, {:.9g} s before the end: not a minimum", T - extremal.focal.front(),
-                     extremal.focal.front());
+/// Why an extremal with focal points is no minimum.
+std::string objection(double final_time, const std::vector<double>& focal) {
+  return fmt::format("focal point at t = {:.9g} s, {:.9g} s before the end: not a minimum", final_time - focal.front(),
+                     focal.front());
 }
 
 /// Takes the fastest extremal without a focal point as the answer and lists the rest.
@@ -99,7 +95,8 @@ void deliver(std::vector<Extremal>& extremals, Outcome& outcome) {
       outcome.solution = std::move(extremal.solution);
       outcome.status = Outcome::Status::solved;
     } else {
-      extremal.solution.message = objection(extremal);
+      extremal.solution.message = extremal.focal.empty() ? "slower"
+                                                         : objection(extremal.solution.final_time(), extremal.focal);
       outcome.other_extremals.push_back(std::move(extremal.solution));
     }
   }
@@ -142,69 +139,28 @@ class Fold {
     return std::nullopt;
   }
 
-  /// A point of a path in β: the unknowns there.
-  struct Station {
-    std::vector<double> parameters;
-    Eigen::VectorXd y;
-  };
-
   std::optional<double> follow_from(double beta, Guess guess) {
-    std::vector<Station> stations;
-    for (int leg = 0; leg < 10; ++leg) {
-      Shooting shooting(make_problem(at(beta), guess));
-      // Towards a fold steps shrink without end, while its place is known from how the tangent grows.
-      const Followed path = follow(
-          shooting, unknowns(guess), parameters(scene_),
-          {.tolerance = 1e-7, .first_step = 0.1, .smallest_step = 1e-4, .max_steps = 600, .max_integration_steps = 60000},
-          [&](const Eigen::VectorXd& y, const std::vector<double>& p) {
-            stations.push_back({p, y});
-            return false;
-          });
-      cost_.newton_iterations += path.newton_iterations;
-      guess.first = path.y[0];
-      guess.second = path.y[1];
-      guess.final_time = path.y[2];
-      beta = path.parameters[beta_place];
-      const std::optional<double> fold = path.reached ? std::nullopt : fold_beyond(shooting, stations);
-      cost_.add(shooting.statistics());
-      if (path.reached) {
-        survivor_ = guess;
+    constexpr int most_legs = 10;
+    for (int leg = 0; leg < most_legs; ++leg) {
+      const Branch branch = trace(make_problem(at(beta), guess), parameters(at(beta)), unknowns(guess), "beta", scene_.beta,
+                                  {.tolerance = 1e-10, .through_folds = false, .max_points = 200, .max_steps = 600});
+      cost_.steps += branch.cost.steps;
+      cost_.newton_iterations += branch.cost.newton_iterations;
+      if (branch.points.empty()) return std::nullopt;
+      if (!branch.events.empty() && branch.events.back().kind == EventKind::fold)
+        return branch.events.back().point.parameter;
+      const BranchPoint& last = branch.points.back();
+      if (branch.reached) {
+        survivor_ = {guess.family, last.y[0], last.y[1], last.y[2]};
         return std::nullopt;
       }
-      // A path may also end at the border of its family; then the search finds the minimum beyond.
-      const double beyond = std::max(std::min(beta + 0.01 * (scene_.beta - beta), 1.001 * beta),
-                                     fold ? 1.0001 * *fold : 0.0);
-      if (beyond >= scene_.beta) return fold;
-      const auto next = minimum_at(beyond);
-      if (!next) return fold;
-      beta = beyond;
-      if (next->family != guess.family) stations.clear();
+      // A branch may also end at the border of its family; then the search finds the minimum beyond.
+      beta = std::min(last.parameter + 0.01 * (scene_.beta - last.parameter), 1.001 * last.parameter);
+      const auto next = minimum_at(beta);
+      if (!next) return std::nullopt;
       guess = *next;
     }
     return std::nullopt;
-  }
-
-  /// At a fold the unknowns leave like √(β_max − β), so |dy/dβ|⁻² falls in proportion to what is left. Two pairs of the
-  /// last three stations must agree on where it vanishes.
-  std::optional<double> fold_beyond(Shooting& shooting, const std::vector<Station>& stations) const {
-    if (stations.size() < 3) return std::nullopt;
-    std::array<double, 3> beta{}, left{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Station& station = stations[stations.size() - 3 + i];
-      shooting.set_parameters(station.parameters);
-      std::vector<double> path(station.parameters.size(), 0.0);
-      path[beta_place] = 1.0;
-      const Shot& shot = shooting.evaluate(station.y, path);
-      const Eigen::VectorXd tangent = shooting.jacobian(shot).partialPivLu().solve(shooting.path_derivative(shot));
-      beta[i] = station.parameters[beta_place];
-      left[i] = 1.0 / tangent.cwiseQuotient(shooting.unknown_scales()).squaredNorm();
-    }
-    const auto vanishes = [&](std::size_t i, std::size_t j) {
-      return beta[j] + left[j] * (beta[j] - beta[i]) / (left[i] - left[j]);
-    };
-    const double first = vanishes(0, 1), second = vanishes(1, 2);
-    const bool agree = std::abs(first - second) < 0.3 * (second - beta[0]);
-    return second > beta[2] && agree ? std::optional(second) : std::nullopt;
   }
 
   const Scene& scene_;
@@ -226,6 +182,11 @@ Outcome without_friction(const Scene& scene) {
 }
 
 }  // namespace
+
+std::string focal_objection(const Solution& solution) {
+  const std::vector<double> focal = focal_times(solution);
+  return focal.empty() ? "" : objection(solution.final_time(), focal);
+}
 
 Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   if (scene.mu == 0.0 && scene.beta == 0.0) return without_friction(scene);

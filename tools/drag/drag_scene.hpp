@@ -23,4 +23,7 @@ namespace costate::drag {
 /// of det ∂(x, y, v)/∂(λx, λy, t) within (0, final time]. \throws LeftDomain if the solution cannot be integrated again.
 [[nodiscard]] std::vector<double> focal_times(const Solution& solution);
 
+/// Why an extremal is no minimum: where its first focal point is; empty if it has none. \throws LeftDomain as focal_times.
+[[nodiscard]] std::string focal_objection(const Solution& solution);
+
 }  // namespace costate::drag

@@ -51,7 +51,12 @@ int main(int argc, char** argv) {
     const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point or other friction"};
     const auto solve = [&] { return drag::solve_scene(scene, options); };
     if (line.variation()) {
-      return tools::deliver_variation({.variation = *line.variation(), .heading = [&] { return heading_of(scene); }, .solve = solve, .options = options}, line);
+      return tools::deliver_variation({.variation = *line.variation(),
+                                       .heading = [&] { return heading_of(scene); },
+                                       .solve = solve,
+                                       .judge = [](const Solution& s) { return drag::focal_objection(s); },
+                                       .options = options},
+                                      line);
     }
     const tools::Outcome outcome = solve();
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);

@@ -88,7 +88,8 @@ struct TraceOptions {
   double tolerance = 1e-11;        ///< of the integrations; Newton's corrections end at 100 times that
   std::vector<double> landings{};  ///< values of the parameter to land on exactly
   double first_step = 0.05;        ///< arclength, in units of the scaled unknowns and of |to − from|
-  double largest_step = 0.5;
+  double largest_step =
+      0.1;  ///< in the parameter, by |to − from|; the arclength is bounded by curvature and convergence alone
   double smallest_step = 1e-7;
   bool through_folds = true;  ///< else the branch ends at the first fold
   int max_points = 2000;
