@@ -109,6 +109,8 @@ bool without(Change& change, std::size_t i, double part) {
     if (beside == ArcKind::free) {
       opening = first ? GuardKind::friction_at_start : GuardKind::friction_at_end;
       if (first) arcs[1].begin = free_state(change.chain, 0.0, arcs[1].begin);
+    } else if (beside == ArcKind::boundary) {
+      opening = first ? GuardKind::multiplier_at_start : GuardKind::multiplier_at_end;
     } else if (kind == ArcKind::boundary) {
       opening = first ? GuardKind::acceleration_at_start : GuardKind::acceleration_at_end;
     } else {
@@ -217,9 +219,9 @@ std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
     return p.arc != q.arc ? p.arc > q.arc : at_start(p.kind) < at_start(q.kind);
   });
   std::vector<Successor> candidates;
-  const auto add = [&](const std::vector<std::size_t>& zeros, double part) {
+  const auto add = [&](const std::vector<std::size_t>& obeyed, double part) {
     Change change{chain};
-    for (const std::size_t zero : zeros) {
+    for (const std::size_t zero : obeyed) {
       change.leads = zero == zeros.front();
       if (!apply(change, guards[zero], part)) return;
     }
