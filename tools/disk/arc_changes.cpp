@@ -205,12 +205,16 @@ bool at_start(GuardKind kind) {
 std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
   const Chain chain = chain_of(at.problem, at.shot);
   const std::vector<GuardPlace> guards = guards_of(chain.structure(), true);
-  // Of an arc without duration nothing else counts.
+  // Of an arc without duration nothing else counts, nor the multiplier of a boundary arc beside it, which vanishes with it.
+  const auto dies = [&](std::size_t arc) {
+    return std::any_of(at.zeros.begin(), at.zeros.end(),
+                       [&](std::size_t zero) { return guards[zero] == GuardPlace{GuardKind::duration, arc}; });
+  };
   std::vector<std::size_t> zeros = at.zeros;
   std::erase_if(zeros, [&](std::size_t zero) {
-    return guards[zero].kind != GuardKind::duration && std::any_of(at.zeros.begin(), at.zeros.end(), [&](std::size_t other) {
-             return guards[other] == GuardPlace{GuardKind::duration, guards[zero].arc};
-           });
+    const auto [kind, arc] = guards[zero];
+    return (kind != GuardKind::duration && dies(arc)) || (kind == GuardKind::multiplier_at_start && arc > 0 && dies(arc - 1)) ||
+           (kind == GuardKind::multiplier_at_end && dies(arc + 1));
   });
   // Later arcs first, and at one arc the end first: what comes then keeps its place.
   std::vector<std::size_t> order = zeros;
