@@ -23,18 +23,50 @@ std::string letters(const Structure& structure) {
   return text;
 }
 
+namespace {
+
+std::string objection_to(const ArcType& arc) {
+  if (arc.kind == ArcKind::free) return {};
+  for (const double sign : {arc.sign, arc.turn, arc.course}) {
+    if (std::abs(sign) != 1.0) {
+      return fmt::format("is {} with the signs {:g}, {:g}, {:g}, each of which must be 1 or -1", kind_name(arc.kind),
+                         arc.sign, arc.turn, arc.course);
+    }
+  }
+  return {};
+}
+
+/// Why two arcs cannot be neighbours.
+std::string objection_to(const ArcType& a, const ArcType& b) {
+  if (a.kind != ArcKind::saturated && b.kind != ArcKind::saturated) {
+    return fmt::format("are {} and {}: one of two neighbours must be saturated", kind_name(a.kind), kind_name(b.kind));
+  }
+  if (a.kind == b.kind && a.sign == b.sign) return "are saturated with the same sign of V': they are one arc";
+  if (a.kind == ArcKind::free || b.kind == ArcKind::free) return {};
+  if (a.turn != b.turn) return "turn in opposite directions, but only a free arc passes from one to the other";
+  // At the limit V'' = V(2V² − 1): away from V = 0 at V+, towards it at V−, and V' has that sign behind the boundary arc.
+  if (b.kind == ArcKind::boundary && a.sign != -b.sign * b.course) return "do not meet: V' leads away from the limit";
+  if (a.kind == ArcKind::boundary && b.sign != a.sign * a.course) return "do not part: V' leads beyond the limit";
+  return {};
+}
+
+}  // namespace
+
 std::string objection_to(const Structure& arcs) {
   if (arcs.empty()) return "the arc structure is empty: at least one arc is needed";
-  for (std::size_t i = 0; i + 1 < arcs.size(); ++i) {
-    const ArcType &a = arcs[i], &b = arcs[i + 1];
-    if (a.kind != ArcKind::saturated && b.kind != ArcKind::saturated) {
-      return fmt::format("arcs {} and {} of the structure are {} and {}: one of two neighbours must be saturated", i + 1,
-                         i + 2, kind_name(a.kind), kind_name(b.kind));
+  const ArcType* limit = nullptr;
+  for (std::size_t i = 0; i < arcs.size(); ++i) {
+    if (const std::string why = objection_to(arcs[i]); !why.empty())
+      return fmt::format("arc {} of the structure {}", i + 1, why);
+    if (i > 0) {
+      const std::string why = objection_to(arcs[i - 1], arcs[i]);
+      if (!why.empty()) return fmt::format("arcs {} and {} of the structure {}", i, i + 1, why);
     }
-    if (a.kind == b.kind && a.sign == b.sign) {
-      return fmt::format("arcs {} and {} of the structure are saturated with the same sign of V': they are one arc", i + 1,
-                         i + 2);
-    }
+    if (arcs[i].kind != ArcKind::boundary) continue;
+    // Speeds between V− and V+ are beyond the limit, on whatever arc.
+    if (limit != nullptr && (limit->sign != arcs[i].sign || (limit->sign > 0.0 && limit->course != arcs[i].course)))
+      return fmt::format("arc {} of the structure is at a limit of V that an earlier one cannot come from", i + 1);
+    limit = &arcs[i];
   }
   return {};
 }
@@ -49,12 +81,12 @@ AnchorPlace anchor_of(const Structure& arcs) {
 
 std::vector<GuardPlace> guards_of(const Structure& structure, bool limited) {
   std::vector<GuardPlace> guards;
-  if (!limited) return guards;
   for (std::size_t i = 0; i < structure.size(); ++i) {
     const bool first = i == 0, last = i + 1 == structure.size();
     const bool switches = !last && structure[i + 1].kind == ArcKind::saturated;
     const auto add = [&](GuardKind kind) { guards.push_back({kind, i}); };
     add(GuardKind::duration);
+    if (!limited) continue;
     switch (structure[i].kind) {
       case ArcKind::free:
         if (first) add(GuardKind::friction_at_start);
@@ -122,14 +154,11 @@ bool passes_zero(const Anchor& anchor, const ArcEnds& ends, double duration) {
     const double direction = std::atan2(lambda_y, lambda_x);
     return contains(ends.begin.phi.value - direction, ends.end.phi.value - direction);
   }
-  // A_φ keeps its sign: ψ is monotone, by |A_φ| ≥ √(|λ|² − 1) a unit of time
+  // A_φ keeps its sign: ψ is monotone, half a turn takes ∫dψ/|A_φ| = 2K(1/|λ|)/|λ|, and less than that is seen at the ends
+  if (lambda > 1.0 && duration >= 2.0 * std::comp_ellint_1(1.0 / lambda) / lambda) return true;
   const auto psi = [&](const ChainPoint& at) { return std::atan2(at.lambda_phi.value, anchor.along(at.phi).value); };
-  const double phi = ends.begin.phi.value;
-  const double direction = lambda_x * std::sin(phi) - lambda_y * std::cos(phi) < 0.0 ? -1.0 : 1.0;
-  constexpr double rounding = 1e-6;
-  double change = std::remainder(direction * (psi(ends.end) - psi(ends.begin)), 2.0 * pi);
-  while (change < duration * std::sqrt(lambda * lambda - 1.0) - rounding) change += 2.0 * pi;
-  return contains(psi(ends.begin), psi(ends.begin) + direction * change);
+  const double begin = psi(ends.begin);
+  return contains(begin, begin + std::remainder(psi(ends.end) - begin, 2.0 * pi));
 }
 
 }  // namespace
@@ -151,6 +180,10 @@ Jet DiskProblem::guard(const GuardPlace& place, const Jet& friction, const Ancho
   const auto G = [&](const ChainPoint& at) {
     return anchor.along(at.phi) - at.lambda_phi * at.V / (arc.turn * sqrt(1.0 - at.V * at.V, "1 - V^2/c1^2"));
   };
+  // A free arc takes Ω = λφ through zero, which Ω² would only touch.
+  const auto turning = [&](const ChainPoint& at, std::optional<ArcKind> neighbour) {
+    return neighbour == ArcKind::free ? arc.turn * at.lambda_phi : 1.0 - at.V * at.V;
+  };
   const auto left = [&](const Jet& Omega) { return (limit - lambda * Omega * Omega) / limit; };
   switch (place.kind) {
     case GuardKind::friction_at_start: return left(ends.begin.lambda_phi);
@@ -163,8 +196,8 @@ Jet DiskProblem::guard(const GuardPlace& place, const Jet& friction, const Ancho
       return arc.sign * (beyond(place.arc, -1) == ArcKind::free ? ends.end.G / (d * d) : G(ends.end));
     case GuardKind::acceleration_at_start: return arc.sign * ends.begin.acceleration;
     case GuardKind::acceleration_at_end: return arc.sign * ends.end.acceleration;
-    case GuardKind::turning_at_start: return 1.0 - ends.begin.V * ends.begin.V;
-    case GuardKind::turning_at_end: return 1.0 - ends.end.V * ends.end.V;
+    case GuardKind::turning_at_start: return turning(ends.begin, before(place.arc, +1));
+    case GuardKind::turning_at_end: return turning(ends.end, beyond(place.arc, +1));
     case GuardKind::multiplier_at_start: return -arc.sign * arc.course * G(ends.begin);
     case GuardKind::multiplier_at_end: return -arc.sign * arc.course * G(ends.end);
     case GuardKind::duration: break;

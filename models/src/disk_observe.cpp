@@ -1,6 +1,8 @@
 /// What can be seen of a solution of the rolling disk: trajectory columns and path checks.
 #include "disk_problem.hpp"
 
+#include <algorithm>
+
 namespace costate::disk {
 
 std::vector<Column> DiskProblem::columns() const {
@@ -61,10 +63,14 @@ std::vector<PathCheck> DiskProblem::check(const ArcPoint& point, const std::vect
       checks.push_back({"Hamiltonian on a saturated arc", PathCheck::Kind::zero, at.hamiltonian});
       checks.push_back({"switching function S on a saturated arc", PathCheck::Kind::nonnegative, at.switching});
       checks.push_back({"friction beyond its limit on a saturated arc", PathCheck::Kind::zero, used - scene.friction});
+      // S = λ_V V' tells the sign of λ_V by that of V', and λ_V is finite.
+      checks.push_back({"V' along the sign of a saturated arc", PathCheck::Kind::nonnegative, arc.sign * at.acceleration});
       break;
     case ArcKind::boundary:
       checks.push_back({"friction beyond its limit on a boundary arc", PathCheck::Kind::zero, used - scene.friction});
       checks.push_back({"switching function S on a boundary arc", PathCheck::Kind::zero, at.switching});
+      checks.push_back({"V on the side of a boundary arc", PathCheck::Kind::nonnegative,
+                        std::min(arc.sign * (2.0 * at.V * at.V - 1.0), arc.course * at.V)});
       checks.push_back({"multiplier of a boundary arc", PathCheck::Kind::nonnegative, -arc.sign * arc.course * at.slope});
       break;
   }
@@ -93,8 +99,10 @@ Observed DiskProblem::observed(const ArcPoint& point) const {
       at.acceleration = point.state[2];
       at.lambda_phi = point.state[3];
       const Eigen::VectorXd& z1 = point.record->state;
-      const SwitchingStart<double> from(constants[0] * std::cos(z1[0]) + constants[1] * std::sin(z1[0]), V1,
+      SwitchingStart<double> from(constants[0] * std::cos(z1[0]) + constants[1] * std::sin(z1[0]), V1,
                                         point.record->parameter[4] * std::sqrt(1.0 - V1 * V1), z1[3]);
+      // As every junction has it by construction: where the arc does not fit the one it starts from, H shows it.
+      from.switching = 0.0;
       at.hamiltonian = from.at(point.state[1], point.quadrature[2], point.quadrature[3], scale);
       break;
     }

@@ -64,7 +64,7 @@ void DiskProblem::shoot(Shot& shot) const {
   shot.row(next_row++, right.phi - scene.heading);
   shot.row(next_row++, right.x - left.x - scene.x);
   shot.row(next_row++, right.y - left.y - scene.y);
-  if (limited_) set_guards(shot, scene, anchor, ends);
+  set_guards(shot, scene, anchor, ends);
   report(shot, scene, anchor, left, right);
 }
 
@@ -218,7 +218,7 @@ void DiskProblem::report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anc
                          const ChainPoint& right) const {
   const Jet &T = scene.time, &c = scene.speed;
   const double side = scene.side;
-  // On a free arc λφ = Ω, with its sign; elsewhere Ω > 0.
+  // On a free arc λφ = Ω, with its sign.
   const Jet Omega = kind(0) == ArcKind::free ? left.lambda_phi : turning(left.V, arcs_[0]);
   Jet elapsed;
   for (std::size_t i = 0; i + 1 < arcs_.size(); ++i) {

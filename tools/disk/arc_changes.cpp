@@ -109,6 +109,8 @@ bool without(Change& change, std::size_t i, double part) {
     if (beside == ArcKind::free) {
       opening = first ? GuardKind::friction_at_start : GuardKind::friction_at_end;
       if (first) arcs[1].begin = free_state(change.chain, 0.0, arcs[1].begin);
+    } else if (beside == ArcKind::boundary) {
+      opening = first ? GuardKind::multiplier_at_start : GuardKind::multiplier_at_end;
     } else if (kind == ArcKind::boundary) {
       opening = first ? GuardKind::acceleration_at_start : GuardKind::acceleration_at_end;
     } else {
@@ -203,12 +205,16 @@ bool at_start(GuardKind kind) {
 std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
   const Chain chain = chain_of(at.problem, at.shot);
   const std::vector<GuardPlace> guards = guards_of(chain.structure(), true);
-  // Of an arc without duration nothing else counts.
+  // Of an arc without duration nothing else counts, nor the multiplier of a boundary arc beside it, which vanishes with it.
+  const auto dies = [&](std::size_t arc) {
+    return std::any_of(at.zeros.begin(), at.zeros.end(),
+                       [&](std::size_t zero) { return guards[zero] == GuardPlace{GuardKind::duration, arc}; });
+  };
   std::vector<std::size_t> zeros = at.zeros;
   std::erase_if(zeros, [&](std::size_t zero) {
-    return guards[zero].kind != GuardKind::duration && std::any_of(at.zeros.begin(), at.zeros.end(), [&](std::size_t other) {
-             return guards[other] == GuardPlace{GuardKind::duration, guards[zero].arc};
-           });
+    const auto [kind, arc] = guards[zero];
+    return (kind != GuardKind::duration && dies(arc)) || (kind == GuardKind::multiplier_at_start && arc > 0 && dies(arc - 1)) ||
+           (kind == GuardKind::multiplier_at_end && dies(arc + 1));
   });
   // Later arcs first, and at one arc the end first: what comes then keeps its place.
   std::vector<std::size_t> order = zeros;
@@ -217,9 +223,9 @@ std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
     return p.arc != q.arc ? p.arc > q.arc : at_start(p.kind) < at_start(q.kind);
   });
   std::vector<Successor> candidates;
-  const auto add = [&](const std::vector<std::size_t>& zeros, double part) {
+  const auto add = [&](const std::vector<std::size_t>& obeyed, double part) {
     Change change{chain};
-    for (const std::size_t zero : zeros) {
+    for (const std::size_t zero : obeyed) {
       change.leads = zero == zeros.front();
       if (!apply(change, guards[zero], part)) return;
     }

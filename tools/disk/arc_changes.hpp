@@ -15,8 +15,9 @@ namespace costate::disk {
 /// - where λ_V would change its sign on a saturated arc, at its end or at a switch, a free arc is born;
 /// - where V' reaches zero on a saturated arc, at the end of the motion or at a switch, a boundary arc is born.
 ///
-/// Guards that vanish together (a symmetric scene) are obeyed together. An arc is born short; the equations have a
-/// regular limit as its duration vanishes, so its first duration need only be small, not accurate.
+/// Guards that vanish together (a symmetric scene) are obeyed together; those of an arc without duration do not count. An arc
+/// is born short; the equations have a regular limit as its duration vanishes, so its first duration need only be small, not
+/// accurate.
 [[nodiscard]] std::vector<Successor> arc_changes(const Scene& scene, const Junction& at);
 
 }  // namespace costate::disk

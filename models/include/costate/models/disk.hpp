@@ -132,7 +132,9 @@ using Structure = std::vector<ArcType>;
 /// "F" free, "C" saturated, "B" boundary, in order of time.
 [[nodiscard]] std::string letters(const Structure& structure);
 
-/// Why the arcs of a structure cannot meet as they do; empty if they can.
+/// Why the arcs of a structure cannot be as they are; empty if they can: signs are 1 or −1, one of two neighbours is
+/// saturated, two saturated ones differ in the sign of V', two that are not free turn the same way, V' leads to and from
+/// V±, and all boundary arcs are on the same side of the speeds that the limit forbids.
 [[nodiscard]] std::string objection_to(const Structure& structure);
 
 /// Parameters of the problem, by place. `friction` is present only in scenes with a coefficient.
@@ -151,7 +153,9 @@ enum ScenePlace : std::size_t { x_place, y_place, heading_place, radius_place, s
 /// the root of vanishing duration that the equations of [O] have for every k_f.
 ///
 /// Reports: final_time, t1, t2, …, lambda_x, lambda_y, lambda_phi0, V0, Omega0. Guards: see GuardPlace.
-/// \throws BadInput if the structure cannot be (empty, neighbours that cannot meet, arcs at a limit the scene does not have).
+/// One arc at the limit, or a saturated and a boundary one, have paths with fewer degrees of freedom than the end has
+/// conditions: their Jacobians are singular, and they hold for one value of the friction coefficient at most.
+/// \throws BadInput if the structure cannot be (see objection_to) or has arcs at a limit that the scene does not have.
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure);
 
 /// Parameter values of a scene, as the problem orders them.
@@ -169,7 +173,7 @@ enum class GuardKind {
   switching_at_end,       ///< G sign V' of one that ends it or ends in a switch
   acceleration_at_start,  ///< |V'| of a saturated arc that starts the motion
   acceleration_at_end,    ///< … that ends it or ends in a switch
-  turning_at_start,       ///< Ω² of a saturated arc
+  turning_at_start,       ///< Ω² of a saturated arc; τ Ω where it meets a free one, which may turn either way
   turning_at_end,
   multiplier_at_start,  ///< ∓G sign V of a boundary arc at V±: λ_V must not be driven across zero
   multiplier_at_end,
@@ -179,7 +183,8 @@ struct GuardPlace {
   std::size_t arc;
   bool operator==(const GuardPlace&) const = default;
 };
-/// The guards of a structure in the order in which the problem sets them, and the name of one.
+/// The guards of a structure in the order in which the problem sets them, and the name of one. Without a friction limit
+/// there are durations alone.
 [[nodiscard]] std::vector<GuardPlace> guards_of(const Structure& structure, bool limited);
 [[nodiscard]] std::string name_of(const GuardPlace& guard);
 
