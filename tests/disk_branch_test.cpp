@@ -101,7 +101,7 @@ TEST(DiskBranch, EndsAtTheLeastFriction) {
     const Branch branch = follow_friction(square(a), 0.052, 0.9 * least);
     EXPECT_FALSE(branch.reached);
     ASSERT_FALSE(branch.events.empty()) << branch.message;
-    EXPECT_EQ(branch.events.back().kind, EventKind::limit);
+    EXPECT_EQ(branch.events.back().kind, EventKind::limit) << branch.message;
     EXPECT_NEAR(branch.events.back().point.parameter, least, 1e-10);
     EXPECT_LE(std::abs(branch.events.back().point.parameter - least), branch.events.back().error_bound) << a;
     for (const BranchPoint& point : branch.points) EXPECT_GE(point.parameter, least * (1.0 - 1e-10));

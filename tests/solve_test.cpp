@@ -293,7 +293,7 @@ TEST(Solve, PathCheckThatFailsIsNamed) {
   EXPECT_FALSE(solution.solved());
   EXPECT_TRUE(contains(solution.message, "speed below its limit")) << solution.message;
   EXPECT_FALSE(solution.certificate.holds());
-  EXPECT_EQ(solution.status, Solution::Status::failed);
+  EXPECT_EQ(solution.status, Solution::Status::refused);
 }
 
 TEST(Solve, PathCheckIsMetBetweenTheStepsOfTheIntegratorToo) {

@@ -119,9 +119,10 @@ std::optional<CurvePoint> Tracer::advance(double& used) {
                          here_.tangent, corrector());
 }
 
-/// Where no step leads on. A guard that is about to vanish, within a short way along the tangent, is why.
+/// Where no step leads on. A guard that is about to vanish, within a short way along the tangent and with next to no change of the
+/// parameter, is why.
 Tracer::Step Tracer::give_up() {
-  constexpr double near = 1e-3;
+  constexpr double near = 0.1, next_to_none = 1e-6;
   Incident zero{.s = near, .point = here_};
   for (Eigen::Index i = 0; i < here_.guards.size(); ++i) {
     const double distance = here_.guard_rates[i] < 0.0 ? -here_.guards[i] / here_.guard_rates[i] : near;
@@ -129,7 +130,8 @@ Tracer::Step Tracer::give_up() {
     zero.s = distance;
     zero.guard = static_cast<std::size_t>(i);
   }
-  if (zero.s == near) return end(fmt::format("no further solution was found: {}", curve_->failure()));
+  if (zero.s == near || zero.s * std::abs(here_.tangent.tail(1)[0]) > next_to_none)
+    return end(fmt::format("no further solution was found: {}", curve_->failure()));
   zero.error_bound = std::abs(curve_->parameter(zero.s * here_.tangent));
   record(zero, EventKind::limit);
   return end(fmt::format("{} all but vanishes, and no further solution was found: {}", branch_.events.back().name,
