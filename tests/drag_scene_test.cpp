@@ -3,6 +3,7 @@
 
 #include <costate/error.hpp>
 #include <costate/models/cycloid.hpp>
+#include <costate/shooting/branch.hpp>
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -231,6 +232,27 @@ TEST(DragScene, ForeignProblemsHaveNoFamily) {
     [[nodiscard]] std::vector<PathCheck> check(const ArcPoint&, const std::vector<double>&) const override { return {}; }
   };
   EXPECT_THROW((void)family_of(Foreign()), BadInput);
+}
+
+// The second extremal (T = 1.86021418984332 s at β = 0.004 in the reference) followed in β by itself: no point of it is a minimum.
+TEST(DragScene, TheSecondExtremalIsFollowedAndNeverAMinimum) {
+  const Outcome outcome = solve_scene({}, {.accuracy = 1e-10});
+  ASSERT_EQ(outcome.other_extremals.size(), 1U);
+  const Solution& second = outcome.other_extremals.front();
+  EXPECT_NEAR(second.final_time(), 1.86021418984332, 1e-9);
+  const Branch branch = trace(second.problem, second.parameters, second.y, "beta", 0.0055, {.landings = {0.0045, 0.005}});
+  ASSERT_TRUE(branch.reached) << branch.message;
+  EXPECT_TRUE(branch.events.empty());
+  EXPECT_LE(branch.cost.newton_iterations, 6 * static_cast<long>(branch.points.size()));
+  for (const BranchPoint& point : branch.points) {
+    Shooting shooting(second.problem);
+    std::vector<double> parameters = second.parameters;
+    parameters[beta_place] = point.parameter;
+    shooting.set_parameters(parameters);
+    const Solution solution = solve(shooting, point.y);
+    ASSERT_TRUE(solution.solved()) << solution.message;
+    EXPECT_TRUE(focal_objection(solution).find("not a minimum") != std::string::npos) << point.parameter;
+  }
 }
 
 }  // namespace

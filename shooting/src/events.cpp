@@ -176,7 +176,10 @@ Tracer::Step Tracer::pass_fold(const Incident& fold) {
                      std::abs(branch_.events[count - 2].point.parameter - branch_.events[count - 1].point.parameter) <
                          same * curve_->parameter_scale();
   folds_in_place_ = again ? folds_in_place_ + 1 : 0;
-  if (folds_in_place_ > 1) return end("the branch turns back and forth in one place: its equations are singular there");
+  if (folds_in_place_ > 1) {
+    branch_.events.resize(count - 1 - static_cast<std::size_t>(folds_in_place_));  // they were none
+    return end("the branch turns back and forth in one place: its equations are singular there");
+  }
   if (options_.through_folds) return Step::goes_on;
   return end("the branch turns back at a fold: there is no solution of this family beyond");
 }

@@ -142,6 +142,16 @@ std::string verify_root(Shooting& shooting, double accuracy, Solution& solution)
   } catch (const LeftDomain& failure) {
     return fmt::format("the solution cannot be integrated at its own root: {}", failure.what());
   }
+  // The arcs fill the time one after the other: one that runs backward in time would overlap its neighbour.
+  const double slack = std::max(10.0 * accuracy, 1e-9) * std::max(1.0, solution.final_time());
+  for (std::size_t i = 1; i < solution.arcs.size(); ++i) {
+    const double gap = solution.arcs[i].begin - solution.arcs[i - 1].end;
+    if (std::abs(gap) > slack) {
+      return fmt::format("the equations have a root, but it is no solution: {:.3g} s lie between the arcs {} and {} at t = {:.6g} s; "
+                         "the arc structure is wrong for this scene",
+                         gap, solution.arcs[i - 1].record.arc + 1, solution.arcs[i].record.arc + 1, solution.arcs[i].begin);
+    }
+  }
   solution.certificate.checks.clear();
   // Conditions along the arcs are known to the error of this integration, far better than the accuracy asked of the result, and
   // a switching function is small where it matters.

@@ -21,10 +21,6 @@ std::optional<double> value_of(const std::vector<BranchReport>& reports, const s
   return found == reports.end() ? std::nullopt : std::optional(found->value);
 }
 
-std::string structure_of(const Outcome& outcome) {
-  return outcome.closed_form ? outcome.closed_form->name : structure_name(*outcome.solution.problem);
-}
-
 class Follower {
  public:
   explicit Follower(const VariedScene& scene) : scene_(scene), variation_(scene.variation) {}
@@ -38,7 +34,6 @@ class Follower {
 
  private:
   bool shows_steps() const { return variation_.values.empty(); }
-  double toward(double distance) const { return variation_.to > variation_.from ? distance : -distance; }
 
   Outcome solve_at(double value) {
     variation_.store(value);
@@ -58,6 +53,7 @@ class Follower {
   /// The scene at the start of the variation; where that is known in closed form only, a little beyond.
   std::optional<BranchStart> first() {
     begin_ = variation_.from;
+    goal_ = variation_.to;
     Outcome outcome = solve_at(begin_);
     if (!outcome.solved()) return refuse(std::move(outcome));
     if (auto start = start_of(outcome)) return start;
@@ -88,26 +84,22 @@ class Follower {
       Branch branch = trace_from(start);
       verify(branch);
       if (branch.reached || branch.points.empty()) return finish(branch);
-      const auto again = turned_back(branch) || restarts == most_restarts ? std::nullopt : beyond(branch);
+      const auto again = back_at_start(branch) || restarts == most_restarts ? std::nullopt : beyond(branch);
       if (!again) return finish(branch);
       refused_.reset();
       start = *again;
     }
   }
 
-  static bool turned_back(const Branch& branch) {
-    return std::any_of(branch.events.begin(), branch.events.end(),
-                       [](const BranchEvent& e) { return e.kind == EventKind::fold; });
-  }
+  [[nodiscard]] bool back_at_start(const Branch& branch) const { return branch.points.back().parameter == variation_.from; }
 
   Branch trace_from(const BranchStart& start) {
     TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .max_points = 1000};
-    const double low = std::min(begin_, variation_.to), high = std::max(begin_, variation_.to);
+    const double low = std::min(begin_, goal_), high = std::max(begin_, goal_);
     for (const double value : variation_.values) {
       if (value >= low && value <= high) options.landings.push_back(value);
     }
-    Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, variation_.to, options,
-                          scene_.restructure);
+    Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, goal_, options, scene_.restructure);
     result_.branch_points += static_cast<int>(branch.points.size());
     result_.event_iterations += branch.event_iterations;
     add(result_.follow_cost, branch.cost);
@@ -177,40 +169,80 @@ class Follower {
     return result;
   }
 
-  /// Where the branch is taken up again: a scene beyond its end whose final time is what the end leads to expect.
+  /// Where the branch is taken up again, in the direction in which it was going: the extremal of a scene beyond its end that is
+  /// nearest to what the end leads to expect.
   std::optional<BranchStart> beyond(const Branch& branch) {
-    const BranchPoint& last = branch.points.back();
-    const auto time = std::find_if(last.reports.begin(), last.reports.end(),
-                                   [](const BranchReport& r) { return r.name == "final_time"; });
-    if (time == last.reports.end()) return std::nullopt;
+    const auto end = last_known(branch);
+    if (!end) return std::nullopt;
+    const BranchPoint& last = branch.points[end->first];
+    const double direction = last.tangent.tail(1)[0] < 0.0 ? -1.0 : 1.0;
+    goal_ = (variation_.to > variation_.from) == (direction > 0.0) ? variation_.to : variation_.from;
     const double range = std::abs(variation_.to - variation_.from);
     constexpr double shortest = 1e-4, longest = 1e-2;
     distance_ = std::abs(last.parameter - begin_) > 10.0 * distance_ * range ? shortest
                                                                              : std::min(longest, 10.0 * distance_);
     for (double distance = distance_; distance <= longest; distance *= 10.0) {
-      const double step = toward(distance * range);
-      const double value = std::abs(variation_.to - last.parameter) <= std::abs(step) ? variation_.to
-                                                                                      : last.parameter + step;
+      const double value = last.parameter + direction * distance * range;
+      if ((goal_ - value) * direction <= 0.0) return std::nullopt;
       const Outcome outcome = solve_at(value);
-      if (!outcome.solved() || value == variation_.to) continue;
-      const auto start = start_of(outcome);
+      const auto start = nearest_extremal(outcome, end->second, value);
       if (!start) continue;
-      const double expected = time->value + time->derivative * (value - last.parameter);
-      const double found = outcome["final_time"].value;
-      const double near = 0.1 * std::abs(time->derivative * (value - last.parameter)) + 1e-4 * time->value;
-      if (!(std::abs(found - expected) <= near)) continue;
-      const std::string before = structure_name(*branch.stretches.back().problem), after = structure_of(outcome);
+      const std::string before = structure_name(*branch.stretches.back().problem), after = structure_name(*start->problem);
       if (!branch.events.empty() && branch.events.back().kind == EventKind::limit) {
         // The scene solved cold has the structure that the model could not name.
         result_.events.back().kind = describe(branch.events.back().announced);
         result_.events.back().after = after;
       } else {
-        result_.events.push_back({"restart", "the problem is stated anew", value, std::abs(step), found, before, after});
+        result_.events.push_back(
+            {"restart", "the problem is stated anew", value, distance * range, std::nullopt, before, after});
       }
       begin_ = value;
       return start;
     }
     return std::nullopt;
+  }
+
+  /// The last point of a branch that can be solved by itself: where unknowns become singular the very last ones cannot.
+  std::optional<std::pair<std::size_t, VariedPoint>> last_known(const Branch& branch) {
+    constexpr std::size_t most = 25;
+    for (std::size_t back = 1; back <= std::min(most, branch.points.size()); ++back) {
+      const std::size_t i = branch.points.size() - back;
+      VariedPoint point = solve_point(branch, i);
+      if (point.solution.solved()) return std::pair{i, std::move(point)};
+    }
+    return std::nullopt;
+  }
+
+  /// How far an extremal is from what a point of the branch leads to expect at another value of the parameter: the largest difference
+  /// of a report that both have, by what may be expected of a straight line.
+  static double mismatch(const Solution& extremal, const VariedPoint& point, double value) {
+    double worst = 0.0;
+    for (const BranchReport& report : point.derivatives) {
+      for (const Quantity& found : extremal.reports) {
+        if (found.name != report.name) continue;
+        const double change = report.derivative * (value - point.parameter);
+        const double admitted = 0.5 * std::abs(change) + 1e-3 * std::max(1.0, std::abs(report.value));
+        worst = std::max(worst, std::abs(found.value - report.value - change) / admitted);
+      }
+    }
+    return worst;
+  }
+
+  std::optional<BranchStart> nearest_extremal(const Outcome& outcome, const VariedPoint& point, double value) const {
+    if (outcome.closed_form) return std::nullopt;
+    std::optional<BranchStart> nearest;
+    double least = 2.0;  // near a fold a straight line is a poor guide
+    const auto consider = [&](const Solution& extremal, const auto& start) {
+      const double far = mismatch(extremal, point, value);
+      if (far > least) return;
+      least = far;
+      nearest = start();
+    };
+    if (outcome.solved()) consider(outcome.solution, [&] { return start_of(outcome); });
+    for (const Solution& other : outcome.other_extremals) {
+      consider(other, [&] { return std::optional(BranchStart{other.problem, other.parameters, other.y}); });
+    }
+    return nearest;
   }
 
   void finish(const Branch& branch) {
@@ -225,7 +257,9 @@ class Follower {
       result_.message += fmt::format("{}{} steps close to an event are left out: they are not known to the accuracy",
                                      result_.message.empty() ? "" : "; ", unknown_);
     }
-    if (!branch.reached) {
+    if (goal_ != variation_.to)
+      result_.message = "the branch turns back at a fold: there is no solution of this family beyond";
+    if (!branch.reached || goal_ != variation_.to) {
       const Outcome target = solve_at(variation_.to);
       if (target.status == Outcome::Status::infeasible)
         result_.message += fmt::format("; at {:g}: {}", variation_.to, target.message);
@@ -234,12 +268,13 @@ class Follower {
       result_.message += fmt::format("{}{} of {} points could not be solved to the accuracy or verified",
                                      result_.message.empty() ? "" : "; ", refused, result_.points.size());
     }
-    result_.status = branch.reached && refused == 0 ? Outcome::Status::solved : Outcome::Status::failed;
+    const bool arrived = branch.reached && goal_ == variation_.to;
+    result_.status = arrived && refused == 0 ? Outcome::Status::solved : Outcome::Status::failed;
   }
 
   const VariedScene& scene_;
   const Variation& variation_;
-  double begin_ = 0.0;
+  double begin_ = 0.0, goal_ = 0.0;     ///< of the part of the branch that is being followed
   double distance_ = 1e-4;              ///< to the next place at which the branch is taken up again, by the whole range
   int unknown_ = 0;                     ///< steps that could not be solved to the accuracy
   std::optional<VariedPoint> refused_;  ///< the root that is no solution at which the branch was cut

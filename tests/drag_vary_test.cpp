@@ -1,0 +1,38 @@
+/// --vary on the tool of the drag model.
+#include "bead_vary.hpp"
+
+namespace costate::tools {
+namespace {
+
+class DragVary : public BeadVary {};
+
+TEST_F(DragVary, EveryPointIsWhatTheSceneAloneGives) {
+  expect_points_of_scenes("mu", 0.1, 0.5);
+  expect_points_of_scenes("speed", 2, 6);
+  expect_points_of_scenes("y", -2, -0.5);
+}
+
+// With β > 0 the minimum meets the extremal that dives into the thrust, and the branch goes on with that: no minimum.
+TEST_F(DragVary, BeyondTheFoldExtremalsAreNamedNoMinima) {
+  const Ended got = run({"--vary", "beta=0.003:0.02", "--json"});
+  EXPECT_EQ(got.status, 4) << "there is nothing beyond the fold";
+  const nlohmann::json branch = nlohmann::json::parse(got.out);
+  ASSERT_FALSE(branch.at("events").empty());
+  const nlohmann::json& fold = branch.at("events")[0];
+  EXPECT_EQ(fold.at("kind"), "fold");
+  int beyond = 0;
+  for (const nlohmann::json& point : branch.at("points")) {
+    if (point.at("status") != "solved") continue;
+    const bool second = point.at("events_before") > 0;
+    EXPECT_EQ(contains(point.at("objection"), "not a minimum"), second) << point.dump();
+    EXPECT_LT(point.at("parameter").get<double>(), fold.at("parameter").get<double>());
+    beyond += second ? 1 : 0;
+  }
+  EXPECT_GE(beyond, 2);
+  // The same place as the limit that the scene solved alone names beyond it.
+  const nlohmann::json alone = nlohmann::json::parse(run({"--beta", "0.02", "--json"}).out);
+  EXPECT_NEAR(alone.at("limits").at("beta_max").get<double>(), fold.at("parameter").get<double>(), 1e-9);
+}
+
+}  // namespace
+}  // namespace costate::tools
