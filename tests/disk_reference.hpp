@@ -4,6 +4,8 @@
 
 #include <costate/models/disk.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -18,6 +20,7 @@ struct DiskCase {
   std::string structure;  ///< F free, C saturated, B boundary
   disk::Scene scene;
   std::map<std::string, double> values;  ///< by the names of the problem's reports
+  disk::Chain chain{};                   ///< the arcs with their ends, if the reference has them
 };
 
 /// How test failures name a case.
@@ -28,6 +31,36 @@ inline double reference_number(const std::string& text) {
   if (text == "pi/2") return std::numbers::pi / 2;
   if (text == "pi/4") return std::numbers::pi / 4;
   return std::stod(text);
+}
+
+/// The arcs between the states of a reference. V' has the sign of the change of V, which is monotone on its saturated arcs.
+inline disk::Chain disk_chain(const nlohmann::json& entry, const disk::Scene& scene, const std::string& structure) {
+  const double T = scene.radius / std::sqrt(6.0) / scene.speed;
+  const double kappa = *scene.friction * scene.gravity * T / scene.speed;
+  disk::Chain chain{reference_number(entry.at("lambda_x").get<std::string>()) * scene.speed,
+                    reference_number(entry.at("lambda_y").get<std::string>()) * scene.speed,
+                    {}};
+  const auto number = [](const nlohmann::json& object, const auto& key) {
+    return std::stod(object.at(key).template get<std::string>());
+  };
+  for (std::size_t i = 0; i < structure.size(); ++i) {
+    const auto& states = entry.at("states");
+    const double V = number(states[i], "V") / scene.speed, V_end = number(states[i + 1], "V") / scene.speed;
+    disk::ArcSpan arc;
+    arc.duration = (number(entry.at("t_junctions"), i + 1) - number(entry.at("t_junctions"), i)) / T;
+    if (structure[i] == 'C') arc.type = {disk::ArcKind::saturated, V_end > V ? 1.0 : -1.0};
+    if (structure[i] == 'B') arc.type = {disk::ArcKind::boundary, V * V > 0.5 ? 1.0 : -1.0};
+    const auto state = [&](const nlohmann::json& at) {
+      const double speed = number(at, "V") / scene.speed;
+      const double rest = structure[i] == 'C' ? kappa * kappa - speed * speed * (1.0 - speed * speed) : 0.0;
+      return disk::ArcState{number(at, "phi"), speed, arc.type.sign * std::sqrt(std::max(0.0, rest)),
+                            number(at, "lambda_phi") / T};
+    };
+    arc.begin = state(states[i]);
+    arc.end = state(states[i + 1]);
+    chain.arcs.push_back(arc);
+  }
+  return chain;
 }
 
 inline std::vector<DiskCase> disk_cases() {
@@ -56,6 +89,7 @@ inline std::vector<DiskCase> disk_cases() {
         c.values["t" + std::to_string(i)] = std::stod(times.at(i).get<std::string>());
       }
     }
+    if (entry.contains("states")) c.chain = disk_chain(entry, c.scene, c.structure);
     cases.push_back(std::move(c));
   }
   return cases;

@@ -160,6 +160,36 @@ TEST_P(JacobianOf, ChainHoldsTheUnknowns) {
   }
 }
 
+// φ → −φ, y → −y with λy → −λy, λφ → −λφ: rows and guards are those of the mirror image.
+TEST_P(JacobianOf, MirrorImageTurnsTheOtherWay) {
+  const Structured& given = GetParam();
+  Structure mirrored = given.arcs;
+  for (disk::ArcType& arc : mirrored) arc.turn = -arc.turn;
+  Shooting left(disk::make_problem(given.scene, given.arcs)), right(disk::make_problem(given.scene, mirrored));
+  for (Shooting* shooting : {&left, &right})
+    shooting->set_flow_options({.tolerance = {.relative = 1e-13, .absolute = 1e-13}});
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(given.y.data(), static_cast<Eigen::Index>(given.y.size()));
+  Eigen::VectorXd image = y;
+  for (std::size_t j = 0; j < left.problem().unknowns().size(); ++j) {
+    const std::string& name = left.problem().unknowns()[j].name;
+    const bool negated = name == "anchor_heading" || name == "speed_angle" || name == "lambda_across";
+    if (negated) image[static_cast<Eigen::Index>(j)] *= -1.0;
+  }
+  const Shot &shot = left.evaluate(y), &seen = right.evaluate(image);
+  const auto target = [&](const std::string& row) {  // L = 1
+    return row == "end heading" ? given.scene.heading : row == "end y" ? given.scene.y : 0.0;
+  };
+  for (std::size_t i = 0; i < shot.rows().size(); ++i) {
+    const std::string& name = left.problem().rows()[i].name;
+    const bool negated = name == "start heading" || name == "end heading" || name == "end y";
+    const double expected = (negated ? -1.0 : 1.0) * (shot.rows()[i].value + target(name)) - target(name);
+    EXPECT_NEAR(seen.rows()[i].value, expected, 1e-11) << name;
+  }
+  ASSERT_EQ(shot.guards().size(), seen.guards().size());
+  for (std::size_t i = 0; i < shot.guards().size(); ++i)
+    EXPECT_NEAR(seen.guards()[i].value.value, shot.guards()[i].value.value, 1e-11) << shot.guards()[i].name;
+}
+
 INSTANTIATE_TEST_SUITE_P(Disk, JacobianOf, testing::ValuesIn(all_kinds()), [](const auto& info) { return info.param.name; });
 
 // H is a first integral; the integration may move it by its own error, ten tolerances at most.
