@@ -84,7 +84,8 @@ class Follower {
       Branch branch = trace_from(start);
       verify(branch);
       if (branch.reached || branch.points.empty()) return finish(branch);
-      const auto again = back_at_start(branch) || restarts == most_restarts ? std::nullopt : beyond(branch);
+      const auto again = branch.exhausted || back_at_start(branch) || restarts == most_restarts ? std::nullopt
+                                                                                                : beyond(branch);
       if (!again) return finish(branch);
       refused_.reset();
       start = *again;
@@ -94,7 +95,9 @@ class Follower {
   [[nodiscard]] bool back_at_start(const Branch& branch) const { return branch.points.back().parameter == variation_.from; }
 
   Branch trace_from(const BranchStart& start) {
-    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .max_points = 1000};
+    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9),
+                         .max_points = 300 + static_cast<int>(variation_.values.size()),
+                         .max_integration_steps = 300000};
     const double low = std::min(begin_, goal_), high = std::max(begin_, goal_);
     for (const double value : variation_.values) {
       if (value >= low && value <= high) options.landings.push_back(value);
@@ -107,29 +110,33 @@ class Follower {
     return branch;
   }
 
-  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it, or run on
-  /// where its unknowns have become singular: then it ends at the last point that is one. A few steps close to an event may not
-  /// be known to the accuracy.
+  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it: then it ends
+  /// at the last point that is one. Steps close to an event may not be known to the accuracy: after a few no more are tried.
   void verify(Branch& branch) {
-    constexpr int most_unknown = 20;
+    constexpr int patience = 3;
     int in_a_row = 0;
     std::size_t good = 0;
+    good_.reset();
     std::vector<VariedPoint> shown;
     for (std::size_t i = 0; i < branch.points.size(); ++i) {
       const BranchPoint& point = branch.points[i];
       if (!shows_steps() && !point.requested && i > 0) continue;
+      if (!point.requested && in_a_row >= patience) {
+        ++unknown_;
+        continue;
+      }
       VariedPoint solved = solve_point(branch, i);
-      const bool unknown = solved.solution.status == Solution::Status::failed;
-      in_a_row = unknown ? in_a_row + 1 : 0;
-      if (solved.solution.status == Solution::Status::refused || in_a_row > most_unknown) {
-        unknown_ -= std::min(unknown_, in_a_row);
+      if (solved.solution.status == Solution::Status::refused) {
         refused_ = std::move(solved);
         cut(branch, i == 0 ? 0 : good + 1);
         break;
       }
+      const bool unknown = solved.solution.status == Solution::Status::failed;
+      in_a_row = unknown ? in_a_row + 1 : 0;
       if (!unknown) good = i;
+      if (solved.solution.solved()) good_ = {i, solved};
       if (unknown && !point.requested) ++unknown_;
-      if (point.requested || (shows_steps() && solved.solution.solved())) shown.push_back(std::move(solved));
+      if (point.requested || (shows_steps() && !unknown)) shown.push_back(std::move(solved));
     }
     for (VariedPoint& point : shown) result_.points.push_back(std::move(point));
     for (const BranchEvent& event : branch.events) {
@@ -187,8 +194,10 @@ class Follower {
       const Outcome outcome = solve_at(value);
       const auto start = nearest_extremal(outcome, end->second, value);
       if (!start) continue;
+      const bool limit = !branch.events.empty() && branch.events.back().kind == EventKind::limit;
       const std::string before = structure_name(*branch.stretches.back().problem), after = structure_name(*start->problem);
-      if (!branch.events.empty() && branch.events.back().kind == EventKind::limit) {
+      if (limit && before == after) continue;  // not yet beyond
+      if (limit) {
         // The scene solved cold has the structure that the model could not name.
         result_.events.back().kind = describe(branch.events.back().announced);
         result_.events.back().after = after;
@@ -204,24 +213,26 @@ class Follower {
 
   /// The last point of a branch that can be solved by itself: where unknowns become singular the very last ones cannot.
   std::optional<std::pair<std::size_t, VariedPoint>> last_known(const Branch& branch) {
-    constexpr std::size_t most = 25;
-    for (std::size_t back = 1; back <= std::min(most, branch.points.size()); ++back) {
+    if (shows_steps()) return good_;
+    for (std::size_t back = 1; back <= branch.points.size(); back *= 2) {
       const std::size_t i = branch.points.size() - back;
+      if (good_ && i <= good_->first) return good_;
       VariedPoint point = solve_point(branch, i);
       if (point.solution.solved()) return std::pair{i, std::move(point)};
     }
-    return std::nullopt;
+    return good_;
   }
 
-  /// How far an extremal is from what a point of the branch leads to expect at another value of the parameter: the largest difference
-  /// of a report that both have, by what may be expected of a straight line.
+  /// How far an extremal is from what a point of the branch leads to expect at another value of the parameter: the largest difference of
+  /// the final time and the costates, which are continuous where arcs come and go, by what may be expected of a straight line.
   static double mismatch(const Solution& extremal, const VariedPoint& point, double value) {
     double worst = 0.0;
     for (const BranchReport& report : point.derivatives) {
+      if (report.name != "final_time" && !report.name.starts_with("lambda")) continue;
       for (const Quantity& found : extremal.reports) {
         if (found.name != report.name) continue;
         const double change = report.derivative * (value - point.parameter);
-        const double admitted = 0.5 * std::abs(change) + 1e-3 * std::max(1.0, std::abs(report.value));
+        const double admitted = 0.5 * std::abs(change) + 1e-3 * std::abs(report.value) + 1e-9;
         worst = std::max(worst, std::abs(found.value - report.value - change) / admitted);
       }
     }
@@ -274,10 +285,11 @@ class Follower {
 
   const VariedScene& scene_;
   const Variation& variation_;
-  double begin_ = 0.0, goal_ = 0.0;     ///< of the part of the branch that is being followed
-  double distance_ = 1e-4;              ///< to the next place at which the branch is taken up again, by the whole range
-  int unknown_ = 0;                     ///< steps that could not be solved to the accuracy
-  std::optional<VariedPoint> refused_;  ///< the root that is no solution at which the branch was cut
+  double begin_ = 0.0, goal_ = 0.0;  ///< of the part of the branch that is being followed
+  double distance_ = 1e-4;           ///< to the next place at which the branch is taken up again, by the whole range
+  int unknown_ = 0;                  ///< steps that could not be solved to the accuracy
+  std::optional<std::pair<std::size_t, VariedPoint>> good_;  ///< the last point of the branch that was solved, and its place
+  std::optional<VariedPoint> refused_;                       ///< the root that is no solution at which the branch was cut
   VariedOutcome result_;
 };
 
