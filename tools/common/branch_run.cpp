@@ -1,5 +1,7 @@
 #include "branch_run.hpp"
 
+#include <costate/error.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -35,9 +37,16 @@ class Follower {
  private:
   bool shows_steps() const { return variation_.values.empty(); }
 
+  /// A scene on the way. Where its numbers do not go together it is one that is not solved: what was found before is kept.
   Outcome solve_at(double value) {
     variation_.store(value);
-    Outcome outcome = scene_.solve();
+    Outcome outcome;
+    try {
+      outcome = scene_.solve();
+    } catch (const BadInput& error) {
+      if (value == variation_.from) throw;
+      outcome.message = error.what();
+    }
     add(result_.cost, outcome.cost);
     return outcome;
   }
@@ -57,11 +66,7 @@ class Follower {
     Outcome outcome = solve_at(begin_);
     if (!outcome.solved()) return refuse(std::move(outcome));
     if (auto start = start_of(outcome)) return start;
-    result_.points.push_back({.parameter = begin_,
-                              .requested = !shows_steps(),
-                              .solution = {},
-                              .closed_form = std::move(outcome.closed_form),
-                              .derivatives = {}});
+    keep_closed_form(begin_, std::move(outcome));
     constexpr double little = 1e-3;
     begin_ = std::lerp(variation_.from, variation_.to, little);
     for (const double value : variation_.values) {
@@ -69,7 +74,43 @@ class Follower {
     }
     outcome = solve_at(begin_);
     if (!outcome.solved()) return refuse(std::move(outcome));
-    return start_of(outcome);
+    if (auto start = start_of(outcome)) return start;
+    list_closed_forms();
+    return std::nullopt;
+  }
+
+  void keep_closed_form(double parameter, Outcome outcome) {
+    result_.points.push_back({.parameter = parameter,
+                              .requested = !shows_steps(),
+                              .solution = {},
+                              .closed_form = std::move(outcome.closed_form),
+                              .derivatives = {}});
+  }
+
+  /// Where the answers stay in closed form there is nothing to follow: every value is a scene of its own.
+  void list_closed_forms() {
+    constexpr int cells = 20;
+    std::vector<double> values = variation_.values;
+    for (int i = 1; shows_steps() && i <= cells; ++i) {
+      values.push_back(i == cells ? variation_.to
+                                  : std::lerp(variation_.from, variation_.to, static_cast<double>(i) / cells));
+    }
+    for (const double value : values) {
+      if (value == variation_.from) continue;
+      begin_ = value;
+      Outcome outcome = solve_at(value);
+      if (!outcome.solved()) {
+        refuse(std::move(outcome));
+        return;
+      }
+      if (outcome.closed_form) {
+        keep_closed_form(value, std::move(outcome));
+      } else {
+        result_.points.push_back(solve_from(*start_of(outcome), value));
+        result_.points.back().requested = !shows_steps();
+      }
+    }
+    conclude("", true);
   }
 
   std::nullopt_t refuse(Outcome outcome) {
@@ -94,11 +135,15 @@ class Follower {
   [[nodiscard]] bool back_at_start(const Branch& branch) const { return branch.points.back().parameter == variation_.from; }
 
   Branch trace_from(const BranchStart& start) {
-    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .max_points = 1000};
+    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .landings = {}};
     const double low = std::min(begin_, goal_), high = std::max(begin_, goal_);
     for (const double value : variation_.values) {
       if (value >= low && value <= high) options.landings.push_back(value);
     }
+    // Every value asked for is a point of its own besides the steps that the branch needs.
+    constexpr int most_points = 1000, steps_per_point = 4000;
+    options.max_points = most_points + static_cast<int>(options.landings.size());
+    options.max_integration_steps = static_cast<long>(options.max_points) * steps_per_point;
     Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, goal_, options, scene_.restructure);
     result_.branch_points += static_cast<int>(branch.points.size());
     result_.event_iterations += branch.event_iterations;
@@ -108,34 +153,43 @@ class Follower {
   }
 
   /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it, or run on
-  /// where its unknowns have become singular: then it ends at the last point that is one. A few steps close to an event may not
-  /// be known to the accuracy.
+  /// where its unknowns have become singular: then it ends at the last point that is one, which may lie between two that are shown.
   void verify(Branch& branch) {
-    constexpr int most_unknown = 20;
-    int in_a_row = 0;
-    std::size_t good = 0;
     std::vector<VariedPoint> shown;
-    for (std::size_t i = 0; i < branch.points.size(); ++i) {
-      const BranchPoint& point = branch.points[i];
-      if (!shows_steps() && !point.requested && i > 0) continue;
-      VariedPoint solved = solve_point(branch, i);
-      const bool unknown = solved.solution.status == Solution::Status::failed;
-      in_a_row = unknown ? in_a_row + 1 : 0;
-      if (solved.solution.status == Solution::Status::refused || in_a_row > most_unknown) {
-        unknown_ -= std::min(unknown_, in_a_row);
-        refused_ = std::move(solved);
-        cut(branch, i == 0 ? 0 : good + 1);
-        break;
-      }
-      if (!unknown) good = i;
-      if (unknown && !point.requested) ++unknown_;
-      if (point.requested || (shows_steps() && solved.solution.solved())) shown.push_back(std::move(solved));
-    }
+    if (!examine(branch, shows_steps() || !branch.reached, shown)) examine(branch, true, shown);
     for (VariedPoint& point : shown) result_.points.push_back(std::move(point));
     for (const BranchEvent& event : branch.events) {
       result_.events.push_back({describe(event.kind), event.name, event.point.parameter, event.error_bound,
                                 value_of(event.point.reports, "final_time"), event.before, event.after});
     }
+  }
+
+  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. A few steps close to an event may not
+  /// be known to the accuracy. False, with nothing done, if a point is no solution and not every one before it was looked at.
+  bool examine(Branch& branch, bool every, std::vector<VariedPoint>& shown) {
+    constexpr int most_unknown = 20;
+    int in_a_row = 0, left_out = 0;
+    std::size_t good = 0;
+    shown.clear();
+    for (std::size_t i = 0; i < branch.points.size(); ++i) {
+      const BranchPoint& point = branch.points[i];
+      if (!every && !point.requested && i > 0) continue;
+      VariedPoint solved = solve_point(branch, i);
+      const bool unknown = solved.solution.status == Solution::Status::failed;
+      in_a_row = unknown ? in_a_row + 1 : 0;
+      if (solved.solution.status == Solution::Status::refused || in_a_row > most_unknown) {
+        if (!every) return false;
+        left_out -= std::min(left_out, in_a_row);
+        refused_ = std::move(solved);
+        cut(branch, i == 0 ? 0 : good + 1);
+        break;
+      }
+      if (!unknown) good = i;
+      if (unknown && shows_steps() && !point.requested) ++left_out;
+      if (point.requested || (shows_steps() && solved.solution.solved())) shown.push_back(std::move(solved));
+    }
+    unknown_ += left_out;
+    return true;
   }
 
   void cut(Branch& branch, std::size_t length) const {
@@ -151,21 +205,30 @@ class Follower {
     const auto before = std::count_if(branch.events.begin(), branch.events.end(),
                                       [&](const BranchEvent& e) { return e.position <= i; });
     const Stretch& stretch = branch.stretches[point.stretch];
-    Shooting shooting(stretch.problem);
     std::vector<double> parameters = stretch.parameters;
     parameters[stretch.place] = point.parameter;
-    shooting.set_parameters(parameters);
-    VariedPoint result{.parameter = point.parameter,
-                       .events_before = result_.events.size() + static_cast<std::size_t>(before),
-                       .requested = point.requested,
-                       .solution = solve(shooting, point.y, scene_.options),
+    VariedPoint result = solve_from({stretch.problem, parameters, point.y}, point.parameter);
+    result.events_before = result_.events.size() + static_cast<std::size_t>(before);
+    result.requested = point.requested;
+    result.iterations = point.iterations;
+    return result;
+  }
+
+  VariedPoint solve_from(const BranchStart& start, double parameter) {
+    Shooting shooting(start.problem);
+    shooting.set_parameters(start.parameters);
+    VariedPoint result{.parameter = parameter,
+                       .solution = solve(shooting, start.y, scene_.options),
                        .closed_form = std::nullopt,
-                       .derivatives = {},
-                       .iterations = point.iterations};
+                       .derivatives = {}};
     add(result_.cost, result.solution.cost);
     if (!result.solution.solved()) return result;
-    result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
-    if (scene_.judge) result.objection = scene_.judge(result.solution);
+    try {
+      result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
+      if (scene_.judge) result.objection = scene_.judge(result.solution);
+    } catch (const LeftDomain& error) {
+      result.objection = fmt::format("not examined further: {}", error.what());
+    }
     return result;
   }
 
@@ -187,6 +250,7 @@ class Follower {
       const Outcome outcome = solve_at(value);
       const auto start = nearest_extremal(outcome, end->second, value);
       if (!start) continue;
+      fill(end->second, value);
       const std::string before = structure_name(*branch.stretches.back().problem), after = structure_name(*start->problem);
       if (!branch.events.empty() && branch.events.back().kind == EventKind::limit) {
         // The scene solved cold has the structure that the model could not name.
@@ -200,6 +264,29 @@ class Follower {
       return start;
     }
     return std::nullopt;
+  }
+
+  /// Values asked for that lie between the last point of a part of the branch and the first of the next, which lands on none of them.
+  void fill(const VariedPoint& last, double next) {
+    std::vector<double> values = variation_.values;
+    if ((next > last.parameter) != (variation_.to > variation_.from)) std::reverse(values.begin(), values.end());
+    for (const double value : values) {
+      const double low = std::min(last.parameter, next), high = std::max(last.parameter, next);
+      const bool there = std::any_of(result_.points.begin(), result_.points.end(), [&](const VariedPoint& p) {
+        return p.parameter == value && p.events_before >= last.events_before;
+      });
+      if (there || !(value > low && value < high)) continue;
+      const auto start = nearest_extremal(solve_at(value), last, value);
+      VariedPoint point{.parameter = value, .solution = {}, .closed_form = std::nullopt, .derivatives = {}};
+      if (start) {
+        point = solve_from(*start, value);
+      } else {
+        point.solution.message = "no solution that the branch leads to was found here";
+      }
+      point.events_before = result_.events.size();
+      point.requested = true;
+      result_.points.push_back(std::move(point));
+    }
   }
 
   /// The last point of a branch that can be solved by itself: where unknowns become singular the very last ones cannot.
@@ -250,25 +337,30 @@ class Follower {
       refused_->events_before = result_.events.size();
       result_.points.push_back(std::move(*refused_));
     }
-    const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
-                                       [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
-    result_.message = branch.message;
-    if (unknown_ > 0) {
-      result_.message += fmt::format("{}{} steps close to an event are left out: they are not known to the accuracy",
-                                     result_.message.empty() ? "" : "; ", unknown_);
-    }
-    if (goal_ != variation_.to)
-      result_.message = "the branch turns back at a fold: there is no solution of this family beyond";
-    if (!branch.reached || goal_ != variation_.to) {
+    const bool arrived = branch.reached && goal_ == variation_.to;
+    std::string message = goal_ == variation_.to
+                              ? branch.message
+                              : "the branch turns back at a fold: there is no solution of this family beyond";
+    if (!arrived) {
       const Outcome target = solve_at(variation_.to);
       if (target.status == Outcome::Status::infeasible)
-        result_.message += fmt::format("; at {:g}: {}", variation_.to, target.message);
+        message += fmt::format("; at {:g}: {}", variation_.to, target.message);
     }
-    if (refused > 0) {
-      result_.message += fmt::format("{}{} of {} points could not be solved to the accuracy or verified",
-                                     result_.message.empty() ? "" : "; ", refused, result_.points.size());
-    }
-    const bool arrived = branch.reached && goal_ == variation_.to;
+    conclude(message, arrived);
+  }
+
+  void conclude(const std::string& message, bool arrived) {
+    result_.message = message;
+    const auto add_remark = [&](const std::string& remark) {
+      result_.message += (result_.message.empty() ? "" : "; ") + remark;
+    };
+    if (unknown_ > 0)
+      add_remark(fmt::format("{} steps close to an event are left out: they are not known to the accuracy", unknown_));
+    const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
+                                       [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
+    if (refused > 0)
+      add_remark(fmt::format("{} of {} points could not be solved to the accuracy or verified", refused,
+                             result_.points.size()));
     result_.status = arrived && refused == 0 ? Outcome::Status::solved : Outcome::Status::failed;
   }
 

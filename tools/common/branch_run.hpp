@@ -65,7 +65,7 @@ int deliver_variation(const VariedScene& scene, const CommandLine& line);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome);
 void print_table(const VariedScene& scene, const VariedOutcome& outcome);
-/// Header, and one line a point.
+/// Header, and one line a point; why a point is no minimum, or no solution, is its objection. Events have no line.
 [[nodiscard]] std::string csv_text(const VariedScene& scene, const VariedOutcome& outcome);
 
 }  // namespace costate::tools
