@@ -18,9 +18,8 @@ bool Certificate::holds() const {
 }
 
 double ArcTrace::time(double own) const {
-  const double chain = record.time_quadrature ? trajectory.at(own)[record.state.size() + *record.time_quadrature]
-                                              : record.clock + own;
-  return (chain - origin) * record.time_unit;
+  if (record.time_quadrature) return point(own).t;
+  return (record.clock + own - origin) * record.time_unit;
 }
 
 double ArcTrace::own(double wanted) const {
@@ -39,7 +38,8 @@ double ArcTrace::own(double wanted) const {
 ArcPoint ArcTrace::point(double own) const {
   const Eigen::VectorXd both = trajectory.at(own);
   const Eigen::Index n = record.state.size();
-  return {&record, time(own), both.head(n), both.tail(both.size() - n), own};
+  const double chain = record.time_quadrature ? both[n + *record.time_quadrature] : record.clock + own;
+  return {&record, (chain - origin) * record.time_unit, both.head(n), both.tail(both.size() - n), own};
 }
 
 const Quantity& find(std::initializer_list<const std::vector<Quantity>*> lists, const std::string& name) {

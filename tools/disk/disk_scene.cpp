@@ -141,7 +141,9 @@ Solution solve_limited(const Scene& scene, const Solution& free, double F_max, c
   const auto solve_at = [&](const std::shared_ptr<const Problem>& problem, const Eigen::VectorXd& y) {
     Shooting shooting(problem);
     shooting.set_parameters(parameters(scene));
-    solution = solve(shooting, y, options);
+    SolveOptions from_branch = options;
+    from_branch.max_steps = std::min(options.max_steps, 4000L);  // an arc takes some hundred
+    solution = solve(shooting, y, from_branch);
     cost.newton_iterations += solution.cost.newton_iterations;
     cost.add(shooting.statistics());
     return solution.solved();

@@ -1,5 +1,7 @@
 #include "extremal_search.hpp"
 
+#include <costate/models/gauss.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -40,20 +42,20 @@ class Family {
 
   /// The place at τ, next to another on the same arc: quadratures by Gauss's formula of four points.
   [[nodiscard]] Place after(const Place& last, double tau) const {
-    constexpr double nodes[] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
-    constexpr double weights[] = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538};
     const double half = 0.5 * (tau - last.tau), middle = 0.5 * (tau + last.tau);
     Place place = at(tau);
     place.t = last.t;
     place.x = last.x;
     place.y = last.y;
     place.arc = last.arc;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const SlopePoint<double> p = point(middle + half * nodes[k]);
-      const double time = half * weights[k] * p.slowness();
-      place.t += time;
-      place.x += time * p.speed_ratio() * p.cosine;
-      place.y += time * p.speed_ratio() * p.sine;
+    for (const auto& [node, weight] : gauss_4) {
+      for (const double side : {-1.0, 1.0}) {
+        const SlopePoint<double> p = point(middle + side * half * node);
+        const double time = half * weight * p.slowness();
+        place.t += time;
+        place.x += time * p.speed_ratio() * p.cosine;
+        place.y += time * p.speed_ratio() * p.sine;
+      }
     }
     return place;
   }

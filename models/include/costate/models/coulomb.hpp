@@ -25,6 +25,7 @@
 /// straight down, r = 1: the cycloid.
 #pragma once
 
+#include <costate/implicit.hpp>
 #include <costate/pontryagin.hpp>
 #include <costate/problem.hpp>
 
@@ -57,32 +58,26 @@ struct SlidingBead {
 
 /// The slope that maximises H. With β = π/2 − α and E = e^{2μα}, H_α = 0 reads
 ///     tan β = z E (λx − μλy) / (z E (λy + μλx) + g (1 + μ²) λz),
-/// whose right-hand side falls as β grows where λx > μλy: one root, found by bisection; Newton steps on the scalar asked for
-/// then carry the derivatives.
+/// whose right-hand side falls as β grows where λx > μλy: one root within (0, π).
 struct FastestSlope {
   template <class S>
   Vec<S, 1> control(const Vec<S, 3>& q, const Vec<S, 3>& costate, const Vec<S, 2>& p) const {
     const auto& [lambda_x, lambda_y, lambda_z] = costate;
     const auto& [mu, g] = p;
-    const S along = q[2] * (lambda_x - mu * lambda_y), down = q[2] * (lambda_y + mu * lambda_x);
-    const S still = g * (1.0 + mu * mu) * lambda_z;
-    double low = 0.0, high = std::numbers::pi;
-    for (int i = 0; i < 60; ++i) {
-      const double beta = 0.5 * (low + high);
-      const double E = std::exp(2.0 * primal(mu) * (std::numbers::pi / 2 - beta));
-      const double wanted = std::atan2(E * primal(along), E * primal(down) + primal(still));
-      (beta < wanted ? low : high) = beta;
-    }
-    S beta(0.5 * (low + high));
-    for (int i = 0; i < 3; ++i) {  // each step doubles the order of the derivatives that are right
-      const S E = exp(2.0 * mu * (std::numbers::pi / 2 - beta));
-      const S y = E * along, x = E * down + still;
-      // d/dβ of atan2(y, x), with E' = −2μE
-      const S slope = -2.0 * mu * still * y / (x * x + y * y);
-      beta = beta - (beta - atan2(y, x)) / (1.0 - slope);
-    }
-    return {std::numbers::pi / 2 - beta};
+    const Vec<S, 4> c{q[2] * (lambda_x - mu * lambda_y), q[2] * (lambda_y + mu * lambda_x), g * (1.0 + mu * mu) * lambda_z, mu};
+    return {std::numbers::pi / 2 - implicit_root(FromVertical{}, c, 0.0, std::numbers::pi)};
   }
+
+ private:
+  /// β less the angle that its tangent must have.
+  struct FromVertical {
+    template <class S>
+    S operator()(const S& beta, const Vec<S, 4>& c) const {
+      const auto& [along, down, still, mu] = c;
+      const S E = exp(2.0 * mu * (std::numbers::pi / 2 - beta));
+      return beta - atan2(E * along, E * down + still);
+    }
+  };
 };
 
 /// The arc as it is integrated, in s = φ/φ_F ∈ (0, 1): no state, p = (φ_F, κ) with κ = 2(μ/r) tan(φ_F/2), and w' = ((sin
