@@ -60,7 +60,7 @@ double per_point(double amount, const VariedOutcome& outcome) { return amount / 
 
 ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome) {
   const Heading heading = scene.heading();
-  ordered_json values;
+  ordered_json values = ordered_json::object();
   for (const SceneValue& value : heading.scene)
     values[value.name] = value.value ? ordered_json(*value.value) : ordered_json(nullptr);
   values.erase(scene.variation.name);
@@ -183,6 +183,21 @@ std::string csv_text(const VariedScene& scene, const VariedOutcome& outcome) {
     text += '\n';
   }
   return text;
+}
+
+int deliver_variation(const VariedScene& scene, const CommandLine& line) {
+  const VariedOutcome outcome = follow_variation(scene);
+  scene.variation.store(scene.variation.from);
+  if (!line.csv.empty() && !outcome.points.empty()) write_csv(csv_text(scene, outcome), line.csv);
+  if (line.json) {
+    fmt::print("{}\n", to_json(scene, outcome).dump(2));
+  } else if (!line.quiet && line.csv != "-" && !outcome.points.empty()) {
+    print_table(scene, outcome);
+  }
+  if (outcome.status != Outcome::Status::solved && !line.json) {
+    fmt::print(stderr, "costate-{}: {}: {}\n", scene.heading().model, status_name(outcome.status), outcome.message);
+  }
+  return exit_status(outcome.status);
 }
 
 }  // namespace costate::tools

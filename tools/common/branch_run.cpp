@@ -128,6 +128,7 @@ class Follower {
       const auto again = back_at_start(branch) || restarts == most_restarts ? std::nullopt : beyond(branch);
       if (!again) return finish(branch);
       refused_.reset();
+      last_fold_.reset();
       start = *again;
     }
   }
@@ -158,10 +159,12 @@ class Follower {
     std::vector<VariedPoint> shown;
     if (!examine(branch, shows_steps() || !branch.reached, shown)) examine(branch, true, shown);
     for (VariedPoint& point : shown) result_.points.push_back(std::move(point));
-    for (const BranchEvent& event : branch.events) {
-      result_.events.push_back({describe(event.kind), event.name, event.point.parameter, event.error_bound,
-                                value_of(event.point.reports, "final_time"), event.before, event.after});
-    }
+    for (const BranchEvent& event : branch.events) result_.events.push_back(stated(event));
+  }
+
+  static VariedEvent stated(const BranchEvent& event) {
+    return {describe(event.kind), event.name, event.point.parameter, event.error_bound,
+            value_of(event.point.reports, "final_time"), event.before, event.after};
   }
 
   /// Solves every point, or those asked for; cuts the branch at the first that is no solution. A few steps close to an event may not
@@ -181,7 +184,7 @@ class Follower {
         if (!every) return false;
         left_out -= std::min(left_out, in_a_row);
         refused_ = std::move(solved);
-        cut(branch, i == 0 ? 0 : good + 1);
+        cut(branch, i == 0 ? 0 : good + 1, i);
         break;
       }
       if (!unknown) good = i;
@@ -192,8 +195,13 @@ class Follower {
     return true;
   }
 
-  void cut(Branch& branch, std::size_t length) const {
+  /// A fold between the last solution and the first root that is none is an event only if no solution is found beyond.
+  void cut(Branch& branch, std::size_t length, std::size_t refused) {
     branch.points.resize(length);
+    for (const BranchEvent& event : branch.events) {
+      const bool between = event.position >= length && event.position <= refused;
+      if (between && event.kind == EventKind::fold && !last_fold_) last_fold_ = stated(event);
+    }
     std::erase_if(branch.events, [&](const BranchEvent& e) { return e.position >= length; });
     branch.reached = false;
     branch.message = fmt::format("from {} = {:.12g} on: {}", variation_.name, refused_->parameter,
@@ -238,7 +246,10 @@ class Follower {
     const auto end = last_known(branch);
     if (!end) return std::nullopt;
     const BranchPoint& last = branch.points[end->first];
-    const double direction = last.tangent.tail(1)[0] < 0.0 ? -1.0 : 1.0;
+    const auto folds = std::count_if(branch.events.begin(), branch.events.end(), [&](const BranchEvent& e) {
+      return e.kind == EventKind::fold && e.position <= end->first;
+    });
+    const double direction = (goal_ > begin_) == (folds % 2 == 0) ? 1.0 : -1.0;
     goal_ = (variation_.to > variation_.from) == (direction > 0.0) ? variation_.to : variation_.from;
     const double range = std::abs(variation_.to - variation_.from);
     constexpr double shortest = 1e-4, longest = 1e-2;
@@ -333,6 +344,7 @@ class Follower {
   }
 
   void finish(const Branch& branch) {
+    if (last_fold_) result_.events.push_back(std::move(*last_fold_));
     if (refused_) {
       refused_->events_before = result_.events.size();
       result_.points.push_back(std::move(*refused_));
@@ -369,6 +381,7 @@ class Follower {
   double begin_ = 0.0, goal_ = 0.0;     ///< of the part of the branch that is being followed
   double distance_ = 1e-4;              ///< to the next place at which the branch is taken up again, by the whole range
   int unknown_ = 0;                     ///< steps that could not be solved to the accuracy
+  std::optional<VariedEvent> last_fold_;  ///< beyond the last point of a branch that was cut
   std::optional<VariedPoint> refused_;  ///< the root that is no solution at which the branch was cut
   VariedOutcome result_;
 };
@@ -376,20 +389,5 @@ class Follower {
 }  // namespace
 
 VariedOutcome follow_variation(const VariedScene& scene) { return Follower(scene).run(); }
-
-int deliver_variation(const VariedScene& scene, const CommandLine& line) {
-  const VariedOutcome outcome = follow_variation(scene);
-  scene.variation.store(scene.variation.from);
-  if (!line.csv.empty() && !outcome.points.empty()) write_csv(csv_text(scene, outcome), line.csv);
-  if (line.json) {
-    fmt::print("{}\n", to_json(scene, outcome).dump(2));
-  } else if (!line.quiet && line.csv != "-" && !outcome.points.empty()) {
-    print_table(scene, outcome);
-  }
-  if (outcome.status != Outcome::Status::solved && !line.json) {
-    fmt::print(stderr, "costate-{}: {}: {}\n", scene.heading().model, status_name(outcome.status), outcome.message);
-  }
-  return exit_status(outcome.status);
-}
 
 }  // namespace costate::tools
