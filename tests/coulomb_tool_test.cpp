@@ -8,22 +8,16 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-namespace costate {
+namespace costate::tools {
 namespace {
 
-using nlohmann::json;
-using tools::Arguments;
-using tools::contains;
-using tools::contents;
-using tools::Ended;
-
-class CoulombTool : public tools::ToolTest {
+class CoulombTool : public ToolTest {
  protected:
   CoulombTool() : ToolTest(COSTATE_TOOL) {}
 };
 
 TEST_F(CoulombTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  const std::vector<tools::BadInput> cases{
+  const std::vector<BadInput> cases{
       {{"--span", "0"}, {"--span", "0", "1e-06", "1e+06", "m"}},
       {{"--span", "-4"}, {"--span", "-4", "1e-06", "m"}},
       {{"--span", "1e300"}, {"--span", "1e300", "1e+06", "m"}},
@@ -212,4 +206,4 @@ TEST_F(CoulombTool, HelpNamesFlagsAndConventions) {
 }
 
 }  // namespace
-}  // namespace costate
+}  // namespace costate::tools

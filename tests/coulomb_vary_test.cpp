@@ -6,8 +6,6 @@
 namespace costate::tools {
 namespace {
 
-using nlohmann::json;
-
 class CoulombVary : public ToolTest {
  protected:
   CoulombVary() : ToolTest(COSTATE_TOOL) {}
@@ -68,6 +66,33 @@ TEST_F(CoulombVary, TheLimitEndsItAndIsNamed) {
   EXPECT_FALSE(contains(got.out, "nan"));
 }
 
+// Towards the limit the unknowns run away, which is not a fold, whichever number leads there.
+TEST_F(CoulombVary, TheLimitIsNoFold) {
+  for (const char* vary : {"drop=5:-5:4", "span=1:100:100", "mu=0:1.3:4"}) {
+    const Ended got = run({"--vary", vary, "--json"});
+    EXPECT_EQ(got.status, 4) << vary;
+    const json branch = json::parse(got.out);
+    EXPECT_TRUE(branch.at("events").empty()) << branch.at("events").dump();
+    EXPECT_TRUE(contains(branch.at("message"), "mu_max")) << branch.at("message");
+    const json& points = branch.at("points");
+    ASSERT_GE(points.size(), 1u);
+    const double sense = points.back().at("parameter") >= points.front().at("parameter") ? 1.0 : -1.0;
+    for (std::size_t i = 1; i < points.size(); ++i) {
+      EXPECT_GT(sense * (points[i].at("parameter").get<double>() - points[i - 1].at("parameter").get<double>()), 0.0);
+    }
+  }
+}
+
+TEST_F(CoulombVary, QuietLeavesTheStatusAndWhy) {
+  const Ended fine = run({"--vary", "mu=0:1:3", "--quiet"});
+  EXPECT_EQ(fine.status, 0);
+  EXPECT_EQ(fine.out + fine.err, "");
+  const Ended short_of_it = run({"--vary", "mu=0:2:3", "--quiet"});
+  EXPECT_EQ(short_of_it.status, 4);
+  EXPECT_EQ(short_of_it.out, "");
+  EXPECT_TRUE(contains(short_of_it.err, "mu_max")) << short_of_it.err;
+}
+
 TEST_F(CoulombVary, AStartWithoutASolutionIsStatus3) {
   const Ended got = run({"--vary", "mu=2:0.5"});
   EXPECT_EQ(got.status, 3);
@@ -113,7 +138,7 @@ TEST_F(CoulombVary, BadInputIsNamed) {
                    {{"--vary", "mu=0:1", "--at", "2"}, {"--at 2", "0 … 1"}},
                    {{"--vary", "mu=0:1", "--at", "0.5,"}, {"--at ''"}},
                    {{"--at", "0.5"}, {"--at needs --vary"}},
-                   {{"--vary", "epsilon=0:1"}, {"epsilon"}},
+                   {{"--vary", "epsilon=0:1"}, {"epsilon", "one of drop, span, gravity, mu\n"}},
                    {{"--vary", "mu=0:1", "--curve", "kurilin"}, {"--curve kurilin"}},
                    {{"--vary", "mu=0:1", "--compare"}, {"--compare"}}});
 }

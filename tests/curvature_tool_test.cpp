@@ -2,24 +2,19 @@
 #include "run_tool.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace costate {
+namespace costate::tools {
 namespace {
 
-using nlohmann::json;
-using tools::Arguments;
-using tools::contains;
-using tools::contents;
-using tools::Ended;
-
-class CurvatureTool : public tools::ToolTest {
+class CurvatureTool : public ToolTest {
  protected:
   CurvatureTool() : ToolTest(COSTATE_TOOL) {}
 };
 
 TEST_F(CurvatureTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  const std::vector<tools::BadInput> cases{
+  const std::vector<BadInput> cases{
       {{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
       {{"--x", "1e300"}, {"--x", "1e300", "1e+06"}},
       {{"--y", "nan"}, {"--y", "nan", "-1e+06", "1e+06", "m"}},
@@ -78,6 +73,14 @@ TEST_F(CurvatureTool, JsonNamesTheUnknowns) {
   EXPECT_NEAR(result["unknowns"]["theta1"].get<double>(), -0.3970552932002723, 1e-8);
 }
 
+TEST_F(CurvatureTool, WithoutFrictionTheCycloidHasTheModelsUnknowns) {
+  const json result = solved_json({"--mu", "0", "--beta", "0", "--slope", "free"});
+  EXPECT_EQ(result["structure"], json::array({"cycloid"}));
+  EXPECT_EQ(result["unknowns"]["lambda_theta0"], 0.0);
+  // N = 2 g cos θ on a cycloid, twice the weight's share.
+  EXPECT_NEAR(result["unknowns"]["h0"].get<double>(), 19.6 * std::cos(result["unknowns"]["theta1"].get<double>()), 1e-13);
+}
+
 TEST_F(CurvatureTool, CsvIsTheMotionFromStartToEnd) {
   const std::string file = (folder() / "motion.csv").string();
   const Ended got = run({"--slope", "-0.75", "--csv", file, "--quiet"});
@@ -100,4 +103,4 @@ TEST_F(CurvatureTool, CsvIsTheMotionFromStartToEnd) {
 }
 
 }  // namespace
-}  // namespace costate
+}  // namespace costate::tools

@@ -9,24 +9,17 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-namespace costate {
+namespace costate::tools {
 namespace {
 
-using nlohmann::json;
-using tools::Arguments;
-using tools::contains;
-using tools::contents;
-using tools::Ended;
-namespace fs = std::filesystem;
-
-class Tool : public tools::ToolTest {
+class Tool : public ToolTest {
  protected:
   Tool() : ToolTest(COSTATE_TOOL) {}
 };
 
 TEST_F(Tool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
   const std::string missing = (folder() / "missing" / "a.csv").string();
-  const std::vector<tools::BadInput> cases{
+  const std::vector<BadInput> cases{
       {{"--radius", "-1"}, {"--radius", "-1", "1e-06", "1e+06", "m"}},
       {{"--radius=-1"}, {"--radius", "-1", "1e-06", "1e+06", "m"}},
       {{"--radius", "0"}, {"--radius", "0", "1e-06"}},
@@ -348,4 +341,4 @@ TEST_F(Tool, CsvSurvivesEveryRunThatDoesNotSolve) {
 }
 
 }  // namespace
-}  // namespace costate
+}  // namespace costate::tools

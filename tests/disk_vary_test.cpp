@@ -6,8 +6,6 @@
 namespace costate::tools {
 namespace {
 
-using nlohmann::json;
-
 class DiskVary : public ToolTest {
  protected:
   DiskVary() : ToolTest(COSTATE_TOOL) {}
@@ -53,6 +51,11 @@ TEST_F(DiskVary, BelowTheLeastFrictionTheOutputIsWhole) {
   EXPECT_EQ(branch.at("events").back().at("kind"), "limit");
   EXPECT_NEAR(branch.at("events").back().at("parameter").get<double>(), 0.050985810648896412, 1e-9);
   EXPECT_TRUE(contains(branch.at("message"), "k_min")) << branch.at("message");
+}
+
+TEST_F(DiskVary, HeadingZeroIsNoValueToShow) {
+  expect_refusals({{{"--vary", "heading=-1:1:3"}, {"heading", "0 is among", "rad, not 0"}},
+                   {{"--vary", "heading=0:1"}, {"heading 0", "rad, not 0"}}});
 }
 
 // Along x with a limit that binds on a part of the way only; without one the disk has a single arc throughout.

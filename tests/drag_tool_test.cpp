@@ -7,22 +7,16 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-namespace costate {
+namespace costate::tools {
 namespace {
 
-using nlohmann::json;
-using tools::Arguments;
-using tools::contains;
-using tools::contents;
-using tools::Ended;
-
-class DragTool : public tools::ToolTest {
+class DragTool : public ToolTest {
  protected:
   DragTool() : ToolTest(COSTATE_TOOL) {}
 };
 
 TEST_F(DragTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  const std::vector<tools::BadInput> cases{{{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
+  const std::vector<BadInput> cases{{{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
                                     {{"--x", "-1"}, {"--x", "-1", "1e-06", "m"}},
                                     {{"--x", "nan"}, {"--x", "nan", "1e-06"}},
                                     {{"--y", "1e300"}, {"--y", "1e300", "-1e+06", "1e+06"}},
@@ -173,4 +167,4 @@ TEST_F(DragTool, HelpStatesTheConventions) {
 }
 
 }  // namespace
-}  // namespace costate
+}  // namespace costate::tools

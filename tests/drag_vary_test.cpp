@@ -1,6 +1,8 @@
 /// --vary on the tool of the drag model.
 #include "bead_vary.hpp"
 
+#include <algorithm>
+
 namespace costate::tools {
 namespace {
 
@@ -12,16 +14,43 @@ TEST_F(DragVary, EveryPointIsWhatTheSceneAloneGives) {
   expect_points_of_scenes("y", -2, -0.5);
 }
 
+// Without friction the scene alone is in closed form, and the branch starts from it.
+TEST_F(DragVary, FrictionMayStartFromNothing) {
+  expect_points_of_scenes("mu", 0, 0.5, {"--beta", "0"});
+  expect_points_of_scenes("x", 2, 8, {"--mu", "0", "--beta", "0"});
+}
+
+TEST_F(DragVary, ObjectionsHoldTogetherInCsv) {
+  const Ended got = run({"--vary", "beta=0.003:0.02", "--csv", "-"});
+  EXPECT_EQ(got.status, 4);
+  std::istringstream lines(got.out);
+  std::string header, line;
+  std::getline(lines, header);
+  const auto columns = std::count(header.begin(), header.end(), ',');
+  int objections = 0;
+  while (std::getline(lines, line)) {
+    bool quoted = false;
+    std::ptrdiff_t separators = 0;
+    for (const char c : line) {
+      if (c == '"') quoted = !quoted;
+      separators += c == ',' && !quoted ? 1 : 0;
+    }
+    EXPECT_EQ(separators, columns) << line;
+    objections += contains(line, "not a minimum") ? 1 : 0;
+  }
+  EXPECT_GE(objections, 2);
+}
+
 // With β > 0 the minimum meets the extremal that dives into the thrust, and the branch goes on with that: no minimum.
 TEST_F(DragVary, BeyondTheFoldExtremalsAreNamedNoMinima) {
   const Ended got = run({"--vary", "beta=0.003:0.02", "--json"});
   EXPECT_EQ(got.status, 4) << "there is nothing beyond the fold";
-  const nlohmann::json branch = nlohmann::json::parse(got.out);
+  const json branch = json::parse(got.out);
   ASSERT_FALSE(branch.at("events").empty());
-  const nlohmann::json& fold = branch.at("events")[0];
+  const json& fold = branch.at("events")[0];
   EXPECT_EQ(fold.at("kind"), "fold");
   int beyond = 0;
-  for (const nlohmann::json& point : branch.at("points")) {
+  for (const json& point : branch.at("points")) {
     if (point.at("status") != "solved") continue;
     const bool second = point.at("events_before") > 0;
     EXPECT_EQ(contains(point.at("objection"), "not a minimum"), second) << point.dump();
@@ -30,7 +59,7 @@ TEST_F(DragVary, BeyondTheFoldExtremalsAreNamedNoMinima) {
   }
   EXPECT_GE(beyond, 2);
   // The same place as the limit that the scene solved alone names beyond it.
-  const nlohmann::json alone = nlohmann::json::parse(run({"--beta", "0.02", "--json"}).out);
+  const json alone = json::parse(run({"--beta", "0.02", "--json"}).out);
   EXPECT_NEAR(alone.at("limits").at("beta_max").get<double>(), fold.at("parameter").get<double>(), 1e-9);
 }
 

@@ -6,21 +6,16 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace costate {
+namespace costate::tools {
 namespace {
 
-using nlohmann::json;
-using tools::Arguments;
-using tools::contains;
-using tools::Ended;
-
-class NormalTool : public tools::ToolTest {
+class NormalTool : public ToolTest {
  protected:
   NormalTool() : ToolTest(COSTATE_TOOL) {}
 };
 
 TEST_F(NormalTool, BadInputIsStatusTwoAndSaysWhatIsAdmissible) {
-  const std::vector<tools::BadInput> cases{
+  const std::vector<BadInput> cases{
       {{"--x", "0"}, {"--x", "0", "1e-06", "1e+06", "m"}},
       {{"--x", "-3"}, {"--x", "-3", "1e-06"}},
       {{"--y", "nan"}, {"--y", "nan", "-1e+06", "1e+06", "m"}},
@@ -158,4 +153,4 @@ TEST_F(NormalTool, CsvIsTheMotion) {
 }
 
 }  // namespace
-}  // namespace costate
+}  // namespace costate::tools

@@ -22,6 +22,7 @@
 namespace costate::tools {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 using Arguments = std::vector<std::string>;
 
 inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -90,12 +91,12 @@ class ToolTest : public testing::Test {
   }
 
   /// The one JSON object that the program prints of a scene that it solves.
-  nlohmann::json solved_json(Arguments arguments) {
+  json solved_json(Arguments arguments) {
     arguments.emplace_back("--json");
     const Ended got = run(arguments);
     EXPECT_EQ(got.status, 0) << got.err;
     EXPECT_EQ(got.err, "");
-    return nlohmann::json::parse(got.out);  // throws unless there is exactly one value
+    return json::parse(got.out);  // throws unless there is exactly one value
   }
 
   /// Bad input is answered by status 2 and one line that says what is admissible, before anything is printed.

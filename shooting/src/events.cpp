@@ -13,6 +13,8 @@ namespace {
 constexpr double same_place = 1e-4;
 /// Farther away than this, a fold and a zero met in one step are told apart by a shorter one.
 constexpr double separable = 1e-3;
+/// A component of the tangent this small is none: near a fold p = p* + O(t_p²), so the square root of rounding is enough.
+constexpr double level = 1e-9;
 /// Events are located with integrations tighter by this than those of the branch.
 constexpr double tighter = 0.01;
 
@@ -55,7 +57,9 @@ std::vector<double> carried_over(const Problem& old, const std::vector<double>& 
 
 /// The first of what happens between the present point and the next.
 std::optional<Tracer::Incident> Tracer::first_incident(const CurvePoint& next) {
-  const bool turns = (next.tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0);
+  // Where the unknowns run away as the parameter nears a limit, its component of the tangent falls to rounding, and so does its sign.
+  const double before = here_.tangent.tail(1)[0], after = next.tangent.tail(1)[0];
+  const bool turns = (after < 0.0) != (before < 0.0) && std::max(std::abs(before), std::abs(after)) > level;
   std::optional<Incident> first;
   for (Eigen::Index i = 0; i < next.guards.size(); ++i) {
     if (next.guards[i] >= 0.0) continue;
@@ -100,9 +104,7 @@ std::optional<Tracer::Incident> Tracer::locate_fold(const CurvePoint& next) {
     found = std::move(point);
     return found->tangent[n];
   };
-  // Near a fold p = p* + O(t_p²), t_p the tangent's component: the square root of rounding is enough.
-  constexpr double small = 1e-9;
-  const auto s = root(rate, 0.0, here_.tangent[n], whole, next.tangent[n], small);
+  const auto s = root(rate, 0.0, here_.tangent[n], whole, next.tangent[n], level);
   if (!s) return std::nullopt;
   Incident fold{.s = *s, .error_bound = std::abs(curve_->parameter(next.u - here_.u)), .point = std::move(found)};
   // Once more with tighter integrations, between neighbours of the place found.
@@ -110,7 +112,7 @@ std::optional<Tracer::Incident> Tracer::locate_fold(const CurvePoint& next) {
   const double beside = std::min(1e-3 * whole, 1e-3);
   const double before = std::max(0.0, *s - beside), after = std::min(whole, *s + beside);
   const auto low = rate(before), high = rate(after);
-  if (low && high && (*low < 0.0) != (*high < 0.0) && root(rate, before, *low, after, *high, small)) {
+  if (low && high && (*low < 0.0) != (*high < 0.0) && root(rate, before, *low, after, *high, level)) {
     fold.error_bound = std::abs(curve_->parameter(found->u) - curve_->parameter(fold.point->u));
     fold.point = std::move(found);
   }

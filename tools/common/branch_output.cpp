@@ -16,7 +16,8 @@ ordered_json finite_or_null(double value) { return std::isfinite(value) ? ordere
 bool solved(const VariedPoint& point) { return point.closed_form || point.solution.solved(); }
 
 std::string structure_of(const VariedPoint& point) {
-  return point.closed_form ? point.closed_form->name : structure_name(*point.solution.problem);
+  if (point.closed_form) return point.closed_form->name;
+  return point.solution.problem ? structure_name(*point.solution.problem) : "";
 }
 
 const std::vector<Quantity>& quantities(const VariedPoint& point) {
@@ -45,13 +46,21 @@ void print_event(const VariedScene& scene, const VariedEvent& event) {
                                          : event.after);
 }
 
+/// A cell of a CSV line: quoted where it holds a comma or a quote.
+std::string cell(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
 double per_point(double amount, const VariedOutcome& outcome) { return amount / std::max(1, outcome.branch_points); }
 
 }  // namespace
 
 ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome) {
   const Heading heading = scene.heading();
-  ordered_json values;
+  ordered_json values = ordered_json::object();
   for (const SceneValue& value : heading.scene)
     values[value.name] = value.value ? ordered_json(*value.value) : ordered_json(nullptr);
   values.erase(scene.variation.name);
@@ -92,7 +101,8 @@ ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome) {
            {{"name", scene.variation.name},
             {"unit", scene.variation.unit},
             {"from", scene.variation.from},
-            {"to", scene.variation.to}}},
+            {"to", scene.variation.to},
+            {"count", scene.variation.count ? ordered_json(*scene.variation.count) : ordered_json(nullptr)}}},
           {"status", status_name(outcome.status)},
           {"points", std::move(points)},
           {"events", std::move(events)},
@@ -127,11 +137,12 @@ void print_table(const VariedScene& scene, const VariedOutcome& outcome) {
       continue;
     }
     const Quantity& time = *quantity(point, "final_time");
-    fmt::print("  {:>20.15g}  {:>20.14f}  {:>8.1e}  {:>16.10g}", point.parameter, time.value, time.error_bound,
-               derivative(point, "final_time"));
+    const double slope = derivative(point, "final_time");
+    fmt::print("  {:>20.15g}  {:>20.14f}  {:>8.1e}  {:>16}", point.parameter, time.value, time.error_bound,
+               std::isnan(slope) ? "-" : fmt::format("{:.10g}", slope));
     for (const std::string& name : heading.unknowns) {
       const Quantity* unknown = quantity(point, name);
-      fmt::print("  {:>14.10g}", unknown == nullptr ? std::nan("") : unknown->value);
+      fmt::print("  {:>14}", unknown == nullptr ? "-" : fmt::format("{:.10g}", unknown->value));
     }
     fmt::print("  {}{}{}\n", structure_of(point), point.objection.empty() ? "" : "; ", point.objection);
   }
@@ -141,7 +152,8 @@ void print_table(const VariedScene& scene, const VariedOutcome& outcome) {
              outcome.branch_points, per_point(iterations, outcome),
              per_point(static_cast<double>(outcome.follow_cost.steps), outcome),
              1e3 * per_point(outcome.follow_cost.seconds, outcome));
-  fmt::print("  {} Newton iterations on events; {:.0f} ms in all\n", outcome.event_iterations, 1e3 * outcome.cost.seconds);
+  fmt::print("  {} events, {} Newton iterations on them; {:.0f} ms in all\n", outcome.events.size(),
+             outcome.event_iterations, 1e3 * outcome.cost.seconds);
 }
 
 std::string csv_text(const VariedScene& scene, const VariedOutcome& outcome) {
@@ -160,7 +172,7 @@ std::string csv_text(const VariedScene& scene, const VariedOutcome& outcome) {
   text += '\n';
   for (const VariedPoint& point : outcome.points) {
     text += fmt::format("{:.17g},{},{},{}", point.parameter, solved(point) ? "solved" : "refused", structure_of(point),
-                        point.objection);
+                        cell(solved(point) ? point.objection : point.solution.message));
     for (const Quantity& c : columns) {
       const Quantity* q = solved(point) ? quantity(point, c.name) : nullptr;
       const double slope = derivative(point, c.name);
@@ -171,6 +183,21 @@ std::string csv_text(const VariedScene& scene, const VariedOutcome& outcome) {
     text += '\n';
   }
   return text;
+}
+
+int deliver_variation(const VariedScene& scene, const CommandLine& line) {
+  const VariedOutcome outcome = follow_variation(scene);
+  scene.variation.store(scene.variation.from);
+  if (!line.csv.empty() && !outcome.points.empty()) write_csv(csv_text(scene, outcome), line.csv);
+  if (line.json) {
+    fmt::print("{}\n", to_json(scene, outcome).dump(2));
+  } else if (!line.quiet && line.csv != "-" && !outcome.points.empty()) {
+    print_table(scene, outcome);
+  }
+  if (outcome.status != Outcome::Status::solved && !line.json) {
+    fmt::print(stderr, "costate-{}: {}: {}\n", scene.heading().model, status_name(outcome.status), outcome.message);
+  }
+  return exit_status(outcome.status);
 }
 
 }  // namespace costate::tools

@@ -1,5 +1,7 @@
 #include "branch_run.hpp"
 
+#include <costate/error.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -35,9 +37,16 @@ class Follower {
  private:
   bool shows_steps() const { return variation_.values.empty(); }
 
+  /// A scene on the way. Where its numbers do not go together it is one that is not solved: what was found before is kept.
   Outcome solve_at(double value) {
     variation_.store(value);
-    Outcome outcome = scene_.solve();
+    Outcome outcome;
+    try {
+      outcome = scene_.solve();
+    } catch (const BadInput& error) {
+      if (value == variation_.from) throw;
+      outcome.message = error.what();
+    }
     add(result_.cost, outcome.cost);
     return outcome;
   }
@@ -57,11 +66,7 @@ class Follower {
     Outcome outcome = solve_at(begin_);
     if (!outcome.solved()) return refuse(std::move(outcome));
     if (auto start = start_of(outcome)) return start;
-    result_.points.push_back({.parameter = begin_,
-                              .requested = !shows_steps(),
-                              .solution = {},
-                              .closed_form = std::move(outcome.closed_form),
-                              .derivatives = {}});
+    keep_closed_form(begin_, std::move(outcome));
     constexpr double little = 1e-3;
     begin_ = std::lerp(variation_.from, variation_.to, little);
     for (const double value : variation_.values) {
@@ -69,7 +74,43 @@ class Follower {
     }
     outcome = solve_at(begin_);
     if (!outcome.solved()) return refuse(std::move(outcome));
-    return start_of(outcome);
+    if (auto start = start_of(outcome)) return start;
+    list_closed_forms();
+    return std::nullopt;
+  }
+
+  void keep_closed_form(double parameter, Outcome outcome) {
+    result_.points.push_back({.parameter = parameter,
+                              .requested = !shows_steps(),
+                              .solution = {},
+                              .closed_form = std::move(outcome.closed_form),
+                              .derivatives = {}});
+  }
+
+  /// Where the answers stay in closed form there is nothing to follow: every value is a scene of its own.
+  void list_closed_forms() {
+    constexpr int cells = 20;
+    std::vector<double> values = variation_.values;
+    for (int i = 1; shows_steps() && i <= cells; ++i) {
+      values.push_back(i == cells ? variation_.to
+                                  : std::lerp(variation_.from, variation_.to, static_cast<double>(i) / cells));
+    }
+    for (const double value : values) {
+      if (value == variation_.from) continue;
+      begin_ = value;
+      Outcome outcome = solve_at(value);
+      if (!outcome.solved()) {
+        refuse(std::move(outcome));
+        return;
+      }
+      if (outcome.closed_form) {
+        keep_closed_form(value, std::move(outcome));
+      } else {
+        result_.points.push_back(solve_from(*start_of(outcome), value));
+        result_.points.back().requested = !shows_steps();
+      }
+    }
+    conclude("", true);
   }
 
   std::nullopt_t refuse(Outcome outcome) {
@@ -88,6 +129,7 @@ class Follower {
                                                                                                 : beyond(branch);
       if (!again) return finish(branch);
       refused_.reset();
+      last_fold_.reset();
       start = *again;
     }
   }
@@ -95,13 +137,17 @@ class Follower {
   [[nodiscard]] bool back_at_start(const Branch& branch) const { return branch.points.back().parameter == variation_.from; }
 
   Branch trace_from(const BranchStart& start) {
-    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9),
-                         .max_points = 300 + static_cast<int>(variation_.values.size()),
-                         .max_integration_steps = 300000};
+    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .landings = {}};
     const double low = std::min(begin_, goal_), high = std::max(begin_, goal_);
     for (const double value : variation_.values) {
       if (value >= low && value <= high) options.landings.push_back(value);
     }
+    // Every value asked for is a point of its own besides the steps that the branch needs.
+    constexpr int most_points = 300, steps_per_point = 4000;
+    constexpr long most_steps = 300000;
+    const auto asked = static_cast<int>(options.landings.size());
+    options.max_points = most_points + asked;
+    options.max_integration_steps = most_steps + static_cast<long>(asked) * steps_per_point;
     Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, goal_, options, scene_.restructure);
     result_.branch_points += static_cast<int>(branch.points.size());
     result_.event_iterations += branch.event_iterations;
@@ -111,42 +157,67 @@ class Follower {
   }
 
   /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it: then it ends
-  /// at the last point that is one. Steps close to an event may not be known to the accuracy: after a few no more are tried.
+  /// at the last point that is one, which may lie between two that are shown.
   void verify(Branch& branch) {
+    std::vector<VariedPoint> shown;
+    if (!examine(branch, shows_steps() || !branch.reached, shown)) examine(branch, true, shown);
+    for (VariedPoint& point : shown) result_.points.push_back(std::move(point));
+    for (const BranchEvent& event : branch.events) result_.events.push_back(stated(event));
+  }
+
+  static VariedEvent stated(const BranchEvent& event) {
+    return {describe(event.kind),
+            event.name,
+            event.point.parameter,
+            event.error_bound,
+            value_of(event.point.reports, "final_time"),
+            event.before,
+            event.after};
+  }
+
+  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. Steps close to an event may not be known
+  /// to the accuracy: after a few no more are tried. False, with nothing done, if a point is no solution and not every one before it
+  /// was looked at.
+  bool examine(Branch& branch, bool every, std::vector<VariedPoint>& shown) {
     constexpr int patience = 3;
-    int in_a_row = 0;
+    int in_a_row = 0, left_out = 0;
     std::size_t good = 0;
     good_.reset();
-    std::vector<VariedPoint> shown;
+    shown.clear();
     for (std::size_t i = 0; i < branch.points.size(); ++i) {
       const BranchPoint& point = branch.points[i];
-      if (!shows_steps() && !point.requested && i > 0) continue;
+      if (!every && !point.requested && i > 0) continue;
       if (!point.requested && in_a_row >= patience) {
-        ++unknown_;
+        left_out += shows_steps() ? 1 : 0;
         continue;
       }
       VariedPoint solved = solve_point(branch, i);
       if (solved.solution.status == Solution::Status::refused) {
+        if (!every) return false;
         refused_ = std::move(solved);
-        cut(branch, i == 0 ? 0 : good + 1);
+        cut(branch, i == 0 ? 0 : good + 1, i);
         break;
       }
       const bool unknown = solved.solution.status == Solution::Status::failed;
       in_a_row = unknown ? in_a_row + 1 : 0;
-      if (!unknown) good = i;
-      if (solved.solution.solved()) good_ = {i, solved};
-      if (unknown && !point.requested) ++unknown_;
+      if (!unknown) {
+        good = i;
+        good_ = {i, solved};
+      }
+      if (unknown && shows_steps() && !point.requested) ++left_out;
       if (point.requested || (shows_steps() && !unknown)) shown.push_back(std::move(solved));
     }
-    for (VariedPoint& point : shown) result_.points.push_back(std::move(point));
-    for (const BranchEvent& event : branch.events) {
-      result_.events.push_back({describe(event.kind), event.name, event.point.parameter, event.error_bound,
-                                value_of(event.point.reports, "final_time"), event.before, event.after});
-    }
+    unknown_ += left_out;
+    return true;
   }
 
-  void cut(Branch& branch, std::size_t length) const {
+  /// A fold between the last solution and the first root that is none is an event only if no solution is found beyond.
+  void cut(Branch& branch, std::size_t length, std::size_t refused) {
     branch.points.resize(length);
+    for (const BranchEvent& event : branch.events) {
+      const bool between = event.position >= length && event.position <= refused;
+      if (between && event.kind == EventKind::fold && !last_fold_) last_fold_ = stated(event);
+    }
     std::erase_if(branch.events, [&](const BranchEvent& e) { return e.position >= length; });
     branch.reached = false;
     branch.message = fmt::format("from {} = {:.12g} on: {}", variation_.name, refused_->parameter,
@@ -158,21 +229,30 @@ class Follower {
     const auto before = std::count_if(branch.events.begin(), branch.events.end(),
                                       [&](const BranchEvent& e) { return e.position <= i; });
     const Stretch& stretch = branch.stretches[point.stretch];
-    Shooting shooting(stretch.problem);
     std::vector<double> parameters = stretch.parameters;
     parameters[stretch.place] = point.parameter;
-    shooting.set_parameters(parameters);
-    VariedPoint result{.parameter = point.parameter,
-                       .events_before = result_.events.size() + static_cast<std::size_t>(before),
-                       .requested = point.requested,
-                       .solution = solve(shooting, point.y, scene_.options),
+    VariedPoint result = solve_from({stretch.problem, parameters, point.y}, point.parameter);
+    result.events_before = result_.events.size() + static_cast<std::size_t>(before);
+    result.requested = point.requested;
+    result.iterations = point.iterations;
+    return result;
+  }
+
+  VariedPoint solve_from(const BranchStart& start, double parameter) {
+    Shooting shooting(start.problem);
+    shooting.set_parameters(start.parameters);
+    VariedPoint result{.parameter = parameter,
+                       .solution = solve(shooting, start.y, scene_.options),
                        .closed_form = std::nullopt,
-                       .derivatives = {},
-                       .iterations = point.iterations};
+                       .derivatives = {}};
     add(result_.cost, result.solution.cost);
     if (!result.solution.solved()) return result;
-    result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
-    if (scene_.judge) result.objection = scene_.judge(result.solution);
+    try {
+      result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
+      if (scene_.judge) result.objection = scene_.judge(result.solution);
+    } catch (const LeftDomain& error) {
+      result.objection = fmt::format("not examined further: {}", error.what());
+    }
     return result;
   }
 
@@ -182,7 +262,10 @@ class Follower {
     const auto end = last_known(branch);
     if (!end) return std::nullopt;
     const BranchPoint& last = branch.points[end->first];
-    const double direction = last.tangent.tail(1)[0] < 0.0 ? -1.0 : 1.0;
+    const auto folds = std::count_if(branch.events.begin(), branch.events.end(), [&](const BranchEvent& e) {
+      return e.kind == EventKind::fold && e.position <= end->first;
+    });
+    const double direction = (goal_ > begin_) == (folds % 2 == 0) ? 1.0 : -1.0;
     goal_ = (variation_.to > variation_.from) == (direction > 0.0) ? variation_.to : variation_.from;
     const double range = std::abs(variation_.to - variation_.from);
     constexpr double shortest = 1e-4, longest = 1e-2;
@@ -192,11 +275,12 @@ class Follower {
       const double value = last.parameter + direction * distance * range;
       if ((goal_ - value) * direction <= 0.0) return std::nullopt;
       const Outcome outcome = solve_at(value);
-      const auto start = nearest_extremal(outcome, end->second, value);
+      const auto start = nearest_start(outcome, end->second, value);
       if (!start) continue;
       const bool limit = !branch.events.empty() && branch.events.back().kind == EventKind::limit;
       const std::string before = structure_name(*branch.stretches.back().problem), after = structure_name(*start->problem);
       if (limit && before == after) continue;  // not yet beyond
+      fill(end->second, value);
       if (limit) {
         // The scene solved cold has the structure that the model could not name.
         result_.events.back().kind = describe(branch.events.back().announced);
@@ -211,9 +295,32 @@ class Follower {
     return std::nullopt;
   }
 
+  /// Values asked for that lie between the last point of a part of the branch and the first of the next, which lands on none of them.
+  void fill(const VariedPoint& last, double next) {
+    std::vector<double> values = variation_.values;
+    if ((next > last.parameter) != (variation_.to > variation_.from)) std::reverse(values.begin(), values.end());
+    for (const double value : values) {
+      const double low = std::min(last.parameter, next), high = std::max(last.parameter, next);
+      const bool there = std::any_of(result_.points.begin(), result_.points.end(), [&](const VariedPoint& p) {
+        return p.parameter == value && p.events_before >= last.events_before;
+      });
+      if (there || !(value > low && value < high)) continue;
+      const auto start = nearest_start(solve_at(value), last, value);
+      VariedPoint point{.parameter = value, .solution = {}, .closed_form = std::nullopt, .derivatives = {}};
+      if (start) {
+        point = solve_from(*start, value);
+      } else {
+        point.solution.message = "no solution that the branch leads to was found here";
+      }
+      point.events_before = result_.events.size();
+      point.requested = true;
+      result_.points.push_back(std::move(point));
+    }
+  }
+
   /// The last point of a branch that can be solved by itself: where unknowns become singular the very last ones cannot.
   std::optional<std::pair<std::size_t, VariedPoint>> last_known(const Branch& branch) {
-    if (shows_steps()) return good_;
+    if (shows_steps() || !branch.reached) return good_;
     for (std::size_t back = 1; back <= branch.points.size(); back *= 2) {
       const std::size_t i = branch.points.size() - back;
       if (good_ && i <= good_->first) return good_;
@@ -223,63 +330,43 @@ class Follower {
     return good_;
   }
 
-  /// How far an extremal is from what a point of the branch leads to expect at another value of the parameter: the largest difference of
-  /// the final time and the costates, which are continuous where arcs come and go, by what may be expected of a straight line.
-  static double mismatch(const Solution& extremal, const VariedPoint& point, double value) {
-    double worst = 0.0;
-    for (const BranchReport& report : point.derivatives) {
-      if (report.name != "final_time" && !report.name.starts_with("lambda")) continue;
-      for (const Quantity& found : extremal.reports) {
-        if (found.name != report.name) continue;
-        const double change = report.derivative * (value - point.parameter);
-        const double admitted = 0.5 * std::abs(change) + 1e-3 * std::abs(report.value) + 1e-9;
-        worst = std::max(worst, std::abs(found.value - report.value - change) / admitted);
-      }
-    }
-    return worst;
-  }
-
-  std::optional<BranchStart> nearest_extremal(const Outcome& outcome, const VariedPoint& point, double value) const {
-    if (outcome.closed_form) return std::nullopt;
-    std::optional<BranchStart> nearest;
-    double least = 2.0;  // near a fold a straight line is a poor guide
-    const auto consider = [&](const Solution& extremal, const auto& start) {
-      const double far = mismatch(extremal, point, value);
-      if (far > least) return;
-      least = far;
-      nearest = start();
-    };
-    if (outcome.solved()) consider(outcome.solution, [&] { return start_of(outcome); });
-    for (const Solution& other : outcome.other_extremals) {
-      consider(other, [&] { return std::optional(BranchStart{other.problem, other.parameters, other.y}); });
-    }
-    return nearest;
+  std::optional<BranchStart> nearest_start(const Outcome& outcome, const VariedPoint& point, double value) const {
+    const Solution* nearest = nearest_extremal(outcome, point, value);
+    if (nearest == nullptr) return std::nullopt;
+    if (nearest == &outcome.solution) return start_of(outcome);
+    return BranchStart{nearest->problem, nearest->parameters, nearest->y};
   }
 
   void finish(const Branch& branch) {
+    if (last_fold_) result_.events.push_back(std::move(*last_fold_));
     if (refused_) {
       refused_->events_before = result_.events.size();
       result_.points.push_back(std::move(*refused_));
     }
-    const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
-                                       [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
-    result_.message = branch.message;
-    if (unknown_ > 0) {
-      result_.message += fmt::format("{}{} steps close to an event are left out: they are not known to the accuracy",
-                                     result_.message.empty() ? "" : "; ", unknown_);
-    }
-    if (goal_ != variation_.to)
-      result_.message = "the branch turns back at a fold: there is no solution of this family beyond";
-    if (!branch.reached || goal_ != variation_.to) {
+    const bool arrived = branch.reached && goal_ == variation_.to;
+    std::string message = goal_ == variation_.to
+                              ? branch.message
+                              : "the branch turns back at a fold: there is no solution of this family beyond";
+    if (!arrived) {
       const Outcome target = solve_at(variation_.to);
       if (target.status == Outcome::Status::infeasible)
-        result_.message += fmt::format("; at {:g}: {}", variation_.to, target.message);
+        message += fmt::format("; at {:g}: {}", variation_.to, target.message);
     }
-    if (refused > 0) {
-      result_.message += fmt::format("{}{} of {} points could not be solved to the accuracy or verified",
-                                     result_.message.empty() ? "" : "; ", refused, result_.points.size());
-    }
-    const bool arrived = branch.reached && goal_ == variation_.to;
+    conclude(message, arrived);
+  }
+
+  void conclude(const std::string& message, bool arrived) {
+    result_.message = message;
+    const auto add_remark = [&](const std::string& remark) {
+      result_.message += (result_.message.empty() ? "" : "; ") + remark;
+    };
+    if (unknown_ > 0)
+      add_remark(fmt::format("{} steps close to an event are left out: they are not known to the accuracy", unknown_));
+    const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
+                                       [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
+    if (refused > 0)
+      add_remark(
+          fmt::format("{} of {} points could not be solved to the accuracy or verified", refused, result_.points.size()));
     result_.status = arrived && refused == 0 ? Outcome::Status::solved : Outcome::Status::failed;
   }
 
@@ -289,6 +376,7 @@ class Follower {
   double distance_ = 1e-4;           ///< to the next place at which the branch is taken up again, by the whole range
   int unknown_ = 0;                  ///< steps that could not be solved to the accuracy
   std::optional<std::pair<std::size_t, VariedPoint>> good_;  ///< the last point of the branch that was solved, and its place
+  std::optional<VariedEvent> last_fold_;                     ///< beyond the last point of a branch that was cut
   std::optional<VariedPoint> refused_;                       ///< the root that is no solution at which the branch was cut
   VariedOutcome result_;
 };
@@ -296,20 +384,5 @@ class Follower {
 }  // namespace
 
 VariedOutcome follow_variation(const VariedScene& scene) { return Follower(scene).run(); }
-
-int deliver_variation(const VariedScene& scene, const CommandLine& line) {
-  const VariedOutcome outcome = follow_variation(scene);
-  scene.variation.store(scene.variation.from);
-  if (!line.csv.empty() && !outcome.points.empty()) write_csv(csv_text(scene, outcome), line.csv);
-  if (line.json) {
-    fmt::print("{}\n", to_json(scene, outcome).dump(2));
-  } else if (!line.quiet && line.csv != "-" && !outcome.points.empty()) {
-    print_table(scene, outcome);
-  }
-  if (outcome.status != Outcome::Status::solved && !line.json) {
-    fmt::print(stderr, "costate-{}: {}: {}\n", scene.heading().model, status_name(outcome.status), outcome.message);
-  }
-  return exit_status(outcome.status);
-}
 
 }  // namespace costate::tools

@@ -55,6 +55,10 @@ struct VariedOutcome {
   Cost cost;              ///< of everything
 };
 
+/// The extremal of a scene that continues a branch from a point of it to another value of the parameter; null if none is near what the
+/// point leads to expect.
+[[nodiscard]] const Solution* nearest_extremal(const Outcome& outcome, const VariedPoint& point, double value);
+
 /// Follows a scene. Each point shown is solved by itself to the wanted accuracy, from the branch's. Where the branch cannot be followed
 /// further (another statement of the problem is needed there) it is taken up again a little beyond, from the scene solved cold,
 /// if the final time there is what the branch leads to expect. Solved if `to` was reached and every point was.
@@ -65,7 +69,7 @@ int deliver_variation(const VariedScene& scene, const CommandLine& line);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome);
 void print_table(const VariedScene& scene, const VariedOutcome& outcome);
-/// Header, and one line a point.
+/// Header, and one line a point; why a point is no minimum, or no solution, is its objection. Events have no line.
 [[nodiscard]] std::string csv_text(const VariedScene& scene, const VariedOutcome& outcome);
 
 }  // namespace costate::tools

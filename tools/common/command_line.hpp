@@ -31,6 +31,7 @@ struct Variation {
   std::string name;  ///< of the flag, without dashes
   std::string unit;
   double from = 0.0, to = 0.0;
+  std::optional<int> count{};          ///< of evenly spaced values, if that was asked for
   std::vector<double> values;          ///< asked for, in order from `from` to `to`; none: the branch's own steps are shown
   std::function<void(double)> store;   ///< sets the number in the scene
 };

@@ -44,7 +44,8 @@ void CommandLine::variation_flags() {
   vary_option_ =
       app_.add_option("--vary", vary_,
                       "Follow the solution while a number of the scene runs from one value to another; with COUNT, "
-                      "evenly spaced values are shown, else the steps taken. --csv then has one line a point")
+                      "evenly spaced values are shown, else the steps taken. --csv then has one line a point, and none "
+                      "for events")
           ->type_name("NAME=FROM:TO[:COUNT]");
   at_option_ = app_.add_option("--at", at_, "With --vary: further values to show")->type_name("VALUE,...");
 }
@@ -83,6 +84,7 @@ void CommandLine::read_variation() {
   std::vector<double>& values = variation.values;
   if (parts.size() == 3) {
     const int count = parse_count(flag, parts[2]);
+    variation.count = count;
     for (int i = 0; i < count; ++i) {
       values.push_back(i + 1 == count ? variation.to
                                       : std::lerp(variation.from, variation.to, static_cast<double>(i) / (count - 1)));
@@ -93,6 +95,10 @@ void CommandLine::read_variation() {
     for (const std::string& text : split(at_, ',')) values.push_back(parse_number("--at", text, {low, high, number.unit}));
     values.push_back(variation.from);
     values.push_back(variation.to);
+  }
+  if (number.range.nonzero && std::find(values.begin(), values.end(), 0.0) != values.end()) {
+    throw BadInput(fmt::format("{}: 0 is among the values to show and not admissible: admissible {}", flag,
+                               number.range.describe()));
   }
   const bool down = variation.to < variation.from;
   std::sort(values.begin(), values.end(), [&](double a, double b) { return down ? a > b : a < b; });

@@ -65,12 +65,12 @@ int main(int argc, char** argv) {
   line.number("--span", scene.span, {1e-6, 1e6, "m"}, "Horizontal distance L");
   line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
   line.number("--mu", scene.friction, {0.0, 1e6, ""}, "Friction coefficient");
+  line.variation_flags();
   std::vector<std::string> words{"optimal"};
   for (const coulomb::Curve c : coulomb::curves) words.emplace_back(coulomb::name_of(c));
   line.choice("--curve", curve, words, "The wire");
   line.number("--epsilon", epsilon, {0.0, 1e3, ""}, "Of the parabola: 0 straight, 1 level at the end");
   line.toggle("--compare", compare, "Print the optimum and all curves in one table");
-  line.variation_flags();
   line.solver_flags();
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
@@ -85,7 +85,8 @@ int main(int argc, char** argv) {
       return coulomb::deliver_comparison(heading, coulomb::compare(scene, epsilon, options), line.json, line.quiet);
     }
     if (line.variation()) {
-      if (curve != "optimal") throw BadInput(fmt::format("--vary and --curve {} exclude each other: the optimum is followed", curve));
+      if (curve != "optimal")
+        throw BadInput(fmt::format("--vary and --curve {} exclude each other: the optimum is followed", curve));
       return tools::deliver_variation({.variation = *line.variation(),
                                        .heading = [&] { return heading_of(scene, curve, epsilon); },
                                        .solve = [&] { return coulomb::solve_scene(scene, options); },

@@ -149,6 +149,19 @@ void search(const Scene& scene, SolveOptions options, Outcome& outcome) {
                 scene.y);
 }
 
+/// The cycloid with what this model knows of it besides: λθ ≡ 0, and h = g cos θ + v θ' = 2 g cos θ with v θ' = v g λx = g cos θ.
+Outcome without_friction(const Scene& scene) {
+  Outcome outcome = bead::cycloid_outcome(scene.x, scene.y, scene.speed, scene.gravity);
+  if (!outcome.closed_form) return outcome;
+  std::vector<Quantity>& quantities = outcome.closed_form->quantities;
+  const Quantity theta = outcome["theta1"], x = outcome["lambda_x"], y = outcome["lambda_y"];
+  const double end_speed = 1.0 / std::hypot(x.value, y.value), weight = 2.0 * scene.gravity;
+  quantities.push_back({"lambda_theta0", "s/rad", 0.0, 0.0});
+  quantities.push_back({"h0", "m/s^2", weight * std::cos(theta.value), weight * theta.error_bound});
+  quantities.push_back({"v_f", "m/s", end_speed, end_speed * end_speed * (x.error_bound + y.error_bound)});
+  return outcome;
+}
+
 }  // namespace
 
 Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
@@ -157,7 +170,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   const double unit = scene.speed * scene.speed / scene.gravity;
   if (scene.beta >= 0.0) {
     if (scene.beta == 0.0 && scene.mu == 0.0 && !scene.slope) {
-      return bead::cycloid_outcome(scene.x, scene.y, scene.speed, scene.gravity);
+      return without_friction(scene);
     }
     outcome.status = Outcome::Status::infeasible;
     outcome.limits = {{"beta_max", "s^4/m^2", 0.0}};

@@ -1,3 +1,4 @@
+#include "bead/scene_flags.hpp"
 #include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
@@ -40,14 +41,10 @@ tools::Heading heading_of(const curvature::Scene& scene) {
 int main(int argc, char** argv) {
   curvature::Scene scene;
   tools::CommandLine line("costate-curvature-friction", description);
-  line.number("--x", scene.x, {1e-6, 1e6, "m"}, "End point x");
-  line.number("--y", scene.y, {-1e6, 1e6, "m"}, "End point y, up");
-  line.number("--speed", scene.speed, {1e-6, 1e6, "m/s"}, "Speed v at the start");
+  bead::motion_flags(line, scene);
   line.number_or("--slope", scene.slope, {-1.5707, 1.5707, "rad"}, "free",
                  "Inclination theta at the start, or the word free");
-  line.number("--mu", scene.mu, {0.0, 100.0, ""}, "Coefficient mu");
-  line.number("--beta", scene.beta, {-1e6, 1e6, "s^4/m^2"}, "Coefficient beta");
-  line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
+  bead::friction_flags(line, scene, {0.0, 100.0, ""}, {-1e6, 1e6, "s^4/m^2"});
   line.variation_flags();
   line.solver_flags();
   line.footer(conventions);
@@ -56,7 +53,11 @@ int main(int argc, char** argv) {
     const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point, --slope free or stronger |beta|"};
     const auto solve = [&] { return curvature::solve_scene(scene, options); };
     if (line.variation()) {
-      return tools::deliver_variation({.variation = *line.variation(), .heading = [&] { return heading_of(scene); }, .solve = solve, .options = options}, line);
+      return tools::deliver_variation({.variation = *line.variation(),
+                                       .heading = [&] { return heading_of(scene); },
+                                       .solve = solve,
+                                       .options = options},
+                                      line);
     }
     const tools::Outcome outcome = solve();
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);

@@ -4,6 +4,7 @@
 #include "extremal_search.hpp"
 
 #include <costate/error.hpp>
+#include <costate/models/cycloid.hpp>
 #include <costate/shooting/branch.hpp>
 
 #include <algorithm>
@@ -182,6 +183,18 @@ Outcome without_friction(const Scene& scene) {
 }
 
 }  // namespace
+
+std::optional<tools::BranchStart> branch_start(const Scene& scene) {
+  if (scene.mu != 0.0 || scene.beta != 0.0) return std::nullopt;
+  const std::optional<Cycloid> motion = cycloid(scene.x, scene.y, scene.speed, scene.gravity);
+  if (!motion) return std::nullopt;
+  const std::vector<double> values = parameters(scene);
+  const Scaled<double> units([&](std::size_t i) { return values[i]; });
+  // Without friction the constants of a turning orbit are the slopes at its ends.
+  const Guess guess{Family::turning, std::tan(motion->theta1()), std::asinh(std::tan(motion->theta2())),
+                    motion->final_time / units.time};
+  return tools::BranchStart{make_problem(scene, guess), values, unknowns(guess)};
+}
 
 std::string focal_objection(const Solution& solution) {
   const std::vector<double> focal = focal_times(solution);

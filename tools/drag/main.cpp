@@ -1,3 +1,4 @@
+#include "bead/scene_flags.hpp"
 #include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
@@ -37,12 +38,8 @@ tools::Heading heading_of(const drag::Scene& scene) {
 int main(int argc, char** argv) {
   drag::Scene scene;
   tools::CommandLine line("costate-drag", description);
-  line.number("--x", scene.x, {1e-6, 1e6, "m"}, "End point, horizontally");
-  line.number("--y", scene.y, {-1e6, 1e6, "m"}, "End point, upward");
-  line.number("--speed", scene.speed, {1e-6, 1e6, "m/s"}, "Speed at the start");
-  line.number("--mu", scene.mu, {0.0, 1e6, "1/s"}, "Linear friction coefficient");
-  line.number("--beta", scene.beta, {-1e6, 1e6, "s/m^2"}, "Cubic coefficient: negative hard, positive soft friction");
-  line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
+  bead::motion_flags(line, scene);
+  bead::friction_flags(line, scene, {0.0, 1e6, "1/s"}, {-1e6, 1e6, "s/m^2"});
   line.variation_flags();
   line.solver_flags();
   line.footer(conventions);
@@ -54,6 +51,7 @@ int main(int argc, char** argv) {
       return tools::deliver_variation({.variation = *line.variation(),
                                        .heading = [&] { return heading_of(scene); },
                                        .solve = solve,
+                                       .start = [&](const tools::Outcome&) { return drag::branch_start(scene); },
                                        .judge = [](const Solution& s) { return drag::focal_objection(s); },
                                        .options = options},
                                       line);

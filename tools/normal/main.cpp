@@ -1,3 +1,4 @@
+#include "bead/scene_flags.hpp"
 #include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
@@ -41,12 +42,8 @@ tools::Heading heading_of(const normal_friction::Scene& scene) {
 int main(int argc, char** argv) {
   normal_friction::Scene scene;
   tools::CommandLine line("costate-normal-friction", description);
-  line.number("--x", scene.x, {1e-6, 1e6, "m"}, "End point a, to the right of the start");
-  line.number("--y", scene.y, {-1e6, 1e6, "m"}, "End point b, upward");
-  line.number("--speed", scene.speed, {1e-6, 1e6, "m/s"}, "Speed v0 at the start");
-  line.number("--mu", scene.mu, {0.0, 1e3, ""}, "Friction coefficient mu");
-  line.number("--beta", scene.beta, {-1e3, 1e3, "s^4/m^2"}, "Cubic friction beta: hard if negative, soft if positive");
-  line.number("--gravity", scene.gravity, {1e-6, 1e6, "m/s^2"}, "Gravity g");
+  bead::motion_flags(line, scene);
+  bead::friction_flags(line, scene, {0.0, 1e3, ""}, {-1e3, 1e3, "s^4/m^2"});
   line.variation_flags();
   line.solver_flags();
   line.footer(conventions);
@@ -55,7 +52,12 @@ int main(int argc, char** argv) {
     const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point or other friction"};
     const auto solve = [&] { return normal_friction::solve_scene(scene, options); };
     if (line.variation()) {
-      return tools::deliver_variation({.variation = *line.variation(), .heading = [&] { return heading_of(scene); }, .solve = solve, .options = options}, line);
+      return tools::deliver_variation({.variation = *line.variation(),
+                                       .heading = [&] { return heading_of(scene); },
+                                       .solve = solve,
+                                       .start = [&](const tools::Outcome&) { return normal_friction::branch_start(scene); },
+                                       .options = options},
+                                      line);
     }
     const tools::Outcome outcome = solve();
     return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);

@@ -16,6 +16,18 @@ namespace {
 
 using tools::Outcome;
 
+/// The motion with the friction's tangent at the chord's inclination in place of the friction.
+std::optional<TiltedCycloid> tangent_cycloid(const Scene& scene) {
+  const Push<double> push = push_of(scene, 0.0);
+  return tilted_cycloid(scene.x, scene.y, scene.speed, push.x, push.y);
+}
+
+/// The same as a solution of the shooting problem.
+tools::BranchStart start_from(const TiltedCycloid& cycloid, const Scene& scene) {
+  return {make_problem(scene, {{.turn = cycloid.mirrored ? Side::right : Side::left}}), parameters(scene, 0.0),
+          Eigen::Vector2d(std::remainder(cycloid.theta2(), 2.0 * std::numbers::pi), std::log(std::abs(cycloid.turn())))};
+}
+
 /// Work on one scene with β ≠ 0, and what it has cost.
 class Search {
  public:
@@ -49,14 +61,13 @@ class Search {
 
  private:
   void follow_tangent_friction() {
-    const Push<double> push = push_of(scene_, 0.0);
-    const std::optional<TiltedCycloid> start = tilted_cycloid(scene_.x, scene_.y, scene_.speed, push.x, push.y);
-    if (!start) return;  // too little energy for the chord
-    if (start->turn() == 0.0) return explain("the path turns by less than double precision holds");
-    Shooting shooting(make_problem(scene_, {{.turn = start->mirrored ? Side::right : Side::left}}));
-    shooting.set_parameters(parameters(scene_, 0.0));
-    const Eigen::Vector2d y(std::remainder(start->theta2(), 2.0 * std::numbers::pi), std::log(std::abs(start->turn())));
-    const Followed path = follow(shooting, y, parameters(scene_), {.max_points = 100, .max_integration_steps = 15000});
+    const std::optional<TiltedCycloid> cycloid = tangent_cycloid(scene_);
+    if (!cycloid) return;  // too little energy for the chord
+    if (cycloid->turn() == 0.0) return explain("the path turns by less than double precision holds");
+    const tools::BranchStart start = start_from(*cycloid, scene_);
+    Shooting shooting(start.problem);
+    shooting.set_parameters(start.parameters);
+    const Followed path = follow(shooting, start.y, parameters(scene_), {.max_points = 100, .max_integration_steps = 15000});
     cost_->newton_iterations += path.newton_iterations;
     if (path.reached) {
       finish(shooting, path.y, "the extremal without corners");
@@ -133,6 +144,15 @@ double least_normal_force(const Outcome& outcome) {
 }
 
 }  // namespace
+
+std::optional<tools::BranchStart> branch_start(const Scene& scene) {
+  if (scene.beta != 0.0) return std::nullopt;
+  const std::optional<TiltedCycloid> cycloid = tangent_cycloid(scene);  // the motion itself: the friction is its own tangent
+  if (!cycloid || cycloid->turn() == 0.0) return std::nullopt;
+  tools::BranchStart start = start_from(*cycloid, scene);
+  start.parameters = parameters(scene);
+  return start;
+}
 
 Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   const double began = thread_seconds();
