@@ -4,8 +4,10 @@
 #include <costate/error.hpp>
 #include <costate/shooting/branch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 
 namespace costate {
 namespace {
@@ -272,6 +274,71 @@ TEST(Branch, BadInputIsNamed) {
   EXPECT_FALSE(thrown<BadInput>([] { (void)trace(circle(0.0), {0.0}, vector({1.0, 2.0}), "p", 1.0); }).empty());
   EXPECT_FALSE(thrown<BadInput>([] { (void)trace(circle(0.0), {0.0, 1.0}, vector({1.0}), "p", 1.0); }).empty());
   EXPECT_FALSE(thrown<BadInput>([] { (void)restart(Branch{}, 0, 1.0); }).empty());
+}
+
+/// Bratu's problem with a guard on what is integrated: y'(1) > −2.
+class GuardedBratu final : public Problem {
+ public:
+  GuardedBratu() {
+    unknowns_ = {{"slope"}};
+    rows_ = {{"y(1) = 0"}};
+    parameters_ = {{"L", "1", 0.5}};
+    structure_ = {"whole"};
+  }
+  void shoot(Shot& shot) const override {
+    const ArcEnd end = shot.arc(
+        {.field = &field_, .t0 = 0.0, .t1 = 1.0, .state = {0.0, shot.unknown(0)}, .parameter = {shot.parameter(0)}});
+    shot.row(0, end.state[0]);
+    shot.guard(EventKind::arc_birth, "slope left", end.state[1] + 2.0);
+  }
+  [[nodiscard]] std::vector<Column> columns() const override { return {}; }
+  [[nodiscard]] std::vector<double> observe(const ArcPoint&, const std::vector<double>&) const override { return {}; }
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint&, const std::vector<double>&) const override { return {}; }
+
+ private:
+  FieldOf<BratuField> field_;
+};
+
+// A value to land on that lies within what the integration knows of an event's place must neither be lost nor met for ever.
+TEST(Branch, LandsOnValuesAsCloseToAnEventAsItIsKnown) {
+  const auto problem = std::make_shared<GuardedBratu>();
+  // By symmetry y'(1) = −y'(0) = −4 θ tanh θ = −2.
+  double theta = 0.8;
+  for (int i = 0; i < 50; ++i) {
+    theta -= (2.0 * theta * std::tanh(theta) - 1.0) / (2.0 * std::tanh(theta) + 2.0 * theta / std::pow(std::cosh(theta), 2));
+  }
+  const double place = 8.0 * std::pow(theta / std::cosh(theta), 2);
+  for (const double tolerance : {1e-8, 1e-11}) {
+    for (const double offset : {-10.0, -1.0, -0.3, -0.03, 0.0, 0.03, 0.3, 1.0}) {
+      const double landing = place + offset * tolerance;
+      const Branch branch = trace(problem, {0.5}, vector({0.26}), "L", 3.0, {.tolerance = tolerance, .landings = {landing}});
+      ASSERT_EQ(branch.events.size(), 1u) << branch.message;
+      EXPECT_NEAR(branch.events[0].point.parameter, place, branch.events[0].error_bound + 4e-15) << tolerance;
+      const auto landed = std::count_if(branch.points.begin(), branch.points.end(),
+                                        [&](const BranchPoint& p) { return p.parameter == landing; });
+      // Beyond the event there is nothing.
+      EXPECT_LE(landed, 1);
+      if (landing >= place - branch.events[0].error_bound) continue;
+      EXPECT_EQ(landed, 1) << tolerance << ' ' << offset;
+    }
+  }
+}
+
+// Solutions side by side, y = f(p) + k·gap: a step that is too long would end on another one.
+TEST(Branch, StaysOnItsOwnOfManyParallelBranches) {
+  for (const double gap : {0.3, 0.1}) {
+    const double k = 5.0;
+    const auto problem = equation(
+        [=](Shot& shot) {
+          const Jet y = shot.unknown(0) - 0.3 * sin(k * shot.parameter(0));
+          return std::vector{sin(std::numbers::pi / gap * y)};
+        },
+        0.0);
+    const Branch branch = trace(problem, {0.0}, vector({0.0}), "p", 3.0);
+    ASSERT_TRUE(branch.reached) << branch.message;
+    EXPECT_TRUE(branch.events.empty());
+    for (const BranchPoint& point : branch.points) EXPECT_NEAR(point.y[0], 0.3 * std::sin(k * point.parameter), 1e-8) << gap;
+  }
 }
 
 }  // namespace

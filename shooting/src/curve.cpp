@@ -85,6 +85,7 @@ std::optional<CurvePoint> Curve::correct(Eigen::VectorXd u, const Constraint& co
   constexpr double longest = 1.0;  // of a correction, when the start is rough
   constexpr double noise = 1e-6;   // below it a correction that no longer shrinks is that of the integration
   CurvePoint point;
+  failure_.clear();
   double last = 0.0;
   try {
     for (int k = 0; k < options.max_iterations; ++k) {

@@ -82,9 +82,32 @@ bool Tracer::entangled(const CurvePoint& next) const {
 std::optional<CurvePoint> Tracer::landing_before(const Incident& incident) {
   const double now = here_.landed.value_or(curve_->parameter(here_.u)), there = curve_->parameter(incident.point->u);
   const std::optional<double> landing = next_landing(now, there);
-  if (!landing || *landing == there) return std::nullopt;
+  if (!landing || std::abs(*landing - there) <= known_to(incident)) return std::nullopt;
   const Eigen::VectorXd predicted = here_.u + (*landing - now) / (there - now) * (incident.point->u - here_.u);
-  return curve_->correct(predicted, {.kind = Constraint::Kind::parameter, .value = *landing}, here_.tangent, corrector());
+  auto point = curve_->correct(predicted, {.kind = Constraint::Kind::parameter, .value = *landing}, here_.tangent,
+                               corrector());
+  // A point that is beyond the incident all the same would meet it again.
+  const bool beyond = point && ((point->guards.array() < 0.0).any() ||
+                                (point->tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0));
+  return beyond ? std::nullopt : point;
+}
+
+/// Half the width in which the parameter of an incident is known to lie.
+double Tracer::known_to(const Incident& incident) const {
+  constexpr double least = 1e-12, most = 1e-9;
+  return std::clamp(2.0 * incident.error_bound, least * curve_->parameter_scale(), most * curve_->parameter_scale());
+}
+
+Tracer::Step Tracer::land_at(const Incident& incident) {
+  const double now = here_.landed.value_or(curve_->parameter(here_.u)), there = curve_->parameter(incident.point->u);
+  const double width = known_to(incident);
+  const std::optional<double> landing = next_landing(now, there + std::copysign(width, there - now));
+  if (!landing || std::abs(*landing - there) > width || landed_at_event_ == landing) return Step::goes_on;
+  landed_at_event_ = landing;
+  CurvePoint point = *incident.point;
+  point.landed = landing;
+  keep(point);
+  return arrive(point);
 }
 
 std::optional<CurvePoint> Tracer::at(double s, const CurvePoint& next) {
@@ -106,14 +129,16 @@ std::optional<Tracer::Incident> Tracer::locate_fold(const CurvePoint& next) {
   };
   const auto s = root(rate, 0.0, here_.tangent[n], whole, next.tangent[n], level);
   if (!s) return std::nullopt;
-  Incident fold{.s = *s, .error_bound = std::abs(curve_->parameter(next.u - here_.u)), .point = std::move(found)};
+  const double place = curve_->parameter(found->u);
+  const double width = std::max(std::abs(place - curve_->parameter(here_.u)), std::abs(place - curve_->parameter(next.u)));
+  Incident fold{.s = *s, .error_bound = width, .point = std::move(found)};
   // Once more with tighter integrations, between neighbours of the place found.
   curve_->set_flow_options(flow_options(tighter));
   const double beside = std::min(1e-3 * whole, 1e-3);
   const double before = std::max(0.0, *s - beside), after = std::min(whole, *s + beside);
   const auto low = rate(before), high = rate(after);
   if (low && high && (*low < 0.0) != (*high < 0.0) && root(rate, before, *low, after, *high, level)) {
-    fold.error_bound = std::abs(curve_->parameter(found->u) - curve_->parameter(fold.point->u));
+    fold.error_bound = bound_from(*fold.point, *found);
     fold.point = std::move(found);
   }
   curve_->set_flow_options(flow_options());
@@ -149,6 +174,14 @@ Tracer::Incident Tracer::locate_zero(const CurvePoint& next, std::size_t guard) 
   return zero;
 }
 
+/// What the place of an event is known to, from locating it with looser and with tighter integrations: what that has changed, what Newton's
+/// method left over, and rounding.
+double Tracer::bound_from(const CurvePoint& loose, const CurvePoint& tight) const {
+  constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
+  return std::abs(curve_->parameter(tight.u) - curve_->parameter(loose.u)) + tight.parameter_correction +
+         rounding * std::abs(curve_->parameter(tight.u));
+}
+
 void Tracer::sharpen(Incident& zero) {
   if (!zero.sure) return;
   curve_->set_flow_options(flow_options(tighter));
@@ -158,7 +191,7 @@ void Tracer::sharpen(Incident& zero) {
                                here_.tangent, tight);
   curve_->set_flow_options(flow_options());
   if (!point) return;
-  zero.error_bound = std::abs(curve_->parameter(point->u) - curve_->parameter(zero.point->u));
+  zero.error_bound = bound_from(*zero.point, *point);
   zero.point = std::move(point);
 }
 
@@ -225,7 +258,8 @@ Tracer::Step Tracer::change_structure(const Incident& zero) {
     for (const Successor& candidate : candidates) {
       const Entry entry = enter(zero, candidate, branch_.events.size() - 1);
       if (entry == Entry::rigid) return stop_at_rigid();
-      if (entry == Entry::open) return branch_.reached ? Step::done : Step::goes_on;
+      if (entry == Entry::ended) return Step::done;
+      if (entry == Entry::open) return Step::goes_on;
     }
     branch_.events.pop_back();
   }
@@ -306,7 +340,7 @@ Tracer::Entry Tracer::enter(const Incident& zero, const Successor& successor, st
   constexpr double standing = 1e-8;
   const bool rigid = first && std::abs(first->tangent.tail(1)[0]) < standing &&
                      std::abs(next->parameter(first->u) - place) < standing * curve_->parameter_scale();
-  const auto between = first && !rigid ? landings_between(*next, place, *first) : std::nullopt;
+  const auto between = first && !rigid ? landings_between(*next, landed_at_event_.value_or(place), *first) : std::nullopt;
   if (!between) {
     branch_.event_iterations += next->newton_iterations();
     add_cost(*next);
@@ -321,8 +355,10 @@ Tracer::Entry Tracer::enter(const Incident& zero, const Successor& successor, st
   if (!zero.sure) locate_from_beyond(*first, successor, event);
   for (const CurvePoint& point : *between) keep(point);
   here_ = *first;
-  branch_.reached = std::any_of(between->begin(), between->end(), [&](const CurvePoint& p) { return p.landed == to_; });
-  if (!branch_.reached) keep(here_);
+  for (const CurvePoint& point : *between) {
+    if (arrive(point) == Step::done) return Entry::ended;
+  }
+  keep(here_);
   return Entry::open;
 }
 
@@ -332,11 +368,15 @@ void Tracer::locate_from_beyond(const CurvePoint& first, const Successor& succes
   if (!opening) return;
   const auto i = static_cast<Eigen::Index>(*opening);
   const Eigen::VectorXd u = first.u - first.guards[i] / first.guard_rates[i] * first.tangent;
-  const auto point = curve_->correct(u, {.kind = Constraint::Kind::guard, .value = 0.0, .guard = *opening}, first.tangent,
-                                     corrector());
-  if (!point) return;
-  branch_.events[event].point = describe(*point);
-  branch_.events[event].error_bound = point->parameter_correction;
+  const Constraint vanishes{.kind = Constraint::Kind::guard, .value = 0.0, .guard = *opening};
+  const auto loose = curve_->correct(u, vanishes, first.tangent, corrector());
+  if (!loose) return;
+  curve_->set_flow_options(flow_options(tighter));
+  const auto tight = curve_->correct(loose->u, vanishes, first.tangent, corrector());
+  curve_->set_flow_options(flow_options());
+  if (!tight) return;
+  branch_.events[event].point = describe(*tight);
+  branch_.events[event].error_bound = bound_from(*loose, *tight);
 }
 
 }  // namespace costate

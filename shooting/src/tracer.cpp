@@ -89,8 +89,7 @@ Tracer::Step Tracer::step() {
   while (step_ >= options_.smallest_step) {
     double used = step_;
     const std::optional<CurvePoint> next = advance(used);
-    constexpr double least_cosine = 0.9;
-    if (next && (next->tangent.dot(here_.tangent) >= least_cosine || step_ <= 10.0 * options_.smallest_step)) {
+    if (next && (stays_on_branch(*next) || step_ <= 10.0 * options_.smallest_step)) {
       const double wanted = step_;
       adapt(*next, used);
       if (used < wanted) step_ = std::max(step_, wanted);
@@ -99,6 +98,15 @@ Tracer::Step Tracer::step() {
     step_ *= 0.5;
   }
   return give_up();
+}
+
+/// A long first correction, or one that hardly shrinks, may lead to another branch beside this one (Allgower & Georg 2003, §6.1).
+bool Tracer::stays_on_branch(const CurvePoint& next) const {
+  constexpr double least_cosine = 0.95, most_of_step = 0.2, slowest = 0.3;
+  constexpr double noise = 1e-6;  // corrections below do not tell
+  const double length = (next.u - here_.u).lpNorm<Eigen::Infinity>();
+  if (next.tangent.dot(here_.tangent) < least_cosine) return false;
+  return next.first_correction <= noise || (next.first_correction <= most_of_step * length && next.contraction <= slowest);
 }
 
 /// The point at the step's length along the curve, or the value to land on that comes first; `used` is the length then.
@@ -162,19 +170,24 @@ Tracer::Step Tracer::accept(CurvePoint next) {
   branch_.event_iterations += curve_->newton_iterations() - before;
   if (incident) {
     if (auto landed = landing_before(*incident)) return accept(std::move(*landed));
+    if (land_at(*incident) == Step::done) return Step::done;
     if (incident->kind != EventKind::fold) return change_structure(*incident);
     if (pass_fold(*incident) == Step::done) return Step::done;
   }
   curvature_ = (next.tangent - here_.tangent) / std::max(1e-300, (next.u - here_.u).norm());
   here_ = std::move(next);
+  landed_at_event_.reset();
   keep(here_);
-  if (here_.landed == to_) {
+  return arrive(here_);
+}
+
+/// Is a point the end of the branch?
+Tracer::Step Tracer::arrive(const CurvePoint& point) {
+  if (point.landed == to_) {
     branch_.reached = true;
     return Step::done;
   }
-  if (here_.landed == from_) {
-    return end("beyond a fold the branch comes back to the parameter it started from");
-  }
+  if (point.landed == from_) return end("beyond a fold the branch comes back to the parameter it started from");
   return Step::goes_on;
 }
 
@@ -187,6 +200,7 @@ Tracer::Step Tracer::end(std::string message) {
 void Tracer::open_stretch() {
   branch_.stretches.push_back({curve_->shared_problem(), curve_->parameters(), curve_->place()});
   curvature_.reset();
+  landed_at_event_.reset();
   dead_ends_ = 0;
 }
 

@@ -16,7 +16,7 @@ class Tracer {
 
  private:
   enum class Step { goes_on, done };
-  enum class Entry { closed, rigid, open };
+  enum class Entry { closed, rigid, open, ended };
 
   /// The point where something happens within a step, at the arclength `s` from its start.
   struct Incident {
@@ -31,7 +31,12 @@ class Tracer {
   bool begin(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd>& direction);
   Step step();
   [[nodiscard]] std::optional<CurvePoint> advance(double& used);
+  [[nodiscard]] bool stays_on_branch(const CurvePoint& next) const;
   Step accept(CurvePoint next);
+  Step arrive(const CurvePoint& point);
+  /// Values to land on that lie at an incident, as far as its place is known, are shown there.
+  Step land_at(const Incident& incident);
+  [[nodiscard]] double known_to(const Incident& incident) const;
   Step pass_fold(const Incident& fold);
   Step change_structure(const Incident& zero);
   Step approach(const Incident& zero);
@@ -59,6 +64,7 @@ class Tracer {
   [[nodiscard]] FlowOptions flow_options(double factor = 1.0) const;
   /// The same incident with tighter integrations: a better place, and from the difference how well it is known.
   void sharpen(Incident& incident);
+  [[nodiscard]] double bound_from(const CurvePoint& loose, const CurvePoint& tight) const;
   [[nodiscard]] BranchPoint describe(const CurvePoint& point) const;
   void keep(const CurvePoint& point);
   void open_stretch();
@@ -73,9 +79,10 @@ class Tracer {
   CurvePoint here_;
   std::optional<Eigen::VectorXd> curvature_;  ///< d(tangent)/ds, from the last two points
   double step_;
-  int folds_in_place_ = 0;  ///< in a row
-  int dead_ends_ = 0;           ///< times this stretch was found to end without a successor
-  long integration_steps_ = 0;  ///< of curves that are left behind
+  std::optional<double> landed_at_event_;  ///< the last value that was landed on at an incident of this stretch
+  int folds_in_place_ = 0;                 ///< in a row
+  int dead_ends_ = 0;                      ///< times this stretch was found to end without a successor
+  long integration_steps_ = 0;             ///< of curves that are left behind
 };
 
 }  // namespace costate

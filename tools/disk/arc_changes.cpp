@@ -230,7 +230,7 @@ std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
       if (!apply(change, guards[zero], part)) return;
     }
     Scene here = scene;
-    here.friction = at.parameters[friction_place];
+    here.friction = at.parameters.at(friction_place);
     const Structure structure = change.chain.structure();
     if (!objection_to(structure).empty()) return;
     candidates.push_back({make_problem(here, structure), unknowns(change.chain), name_of(change.opening), change.size});
