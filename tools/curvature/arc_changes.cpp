@@ -1,5 +1,7 @@
 #include "curvature/arc_changes.hpp"
 
+#include "curvature/plan.hpp"
+
 namespace costate::curvature {
 
 namespace {
@@ -8,6 +10,8 @@ namespace {
 constexpr double newborn_flight = 1e-4, newborn_contact = 1e-2;
 /// Values of the guards at the start after its first arc has gone: η, whose square is as the parameter; μ λv v − λθ.
 constexpr double slight_force = 1e-2, slight_excess = 1e-4;
+/// Between nodes, see make_plan.
+constexpr double growth = 4.0;
 
 /// The same motion with another arc before it.
 Plan with_first(ArcPlan arc, Plan plan) {
@@ -24,7 +28,7 @@ Plan without_first(Plan plan) {
 
 std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
   if (!scene.slope) return {};
-  const Plan plan = plan_of(at.problem, at.y);
+  const Plan plan = with_new_nodes(plan_of(at.problem, at.y), at.shot, growth);
   const auto successor = [&](const Plan& next, const std::string& opening, double size) {
     return std::vector<Successor>{{make_problem(scene, next), unknowns(scene, next), opening, size}};
   };
