@@ -10,14 +10,6 @@ namespace costate::tools {
 
 namespace {
 
-void add(Cost& sum, const Cost& cost) {
-  sum.seconds += cost.seconds;
-  sum.steps += cost.steps;
-  sum.rhs_evaluations += cost.rhs_evaluations;
-  sum.sensitivity_evaluations += cost.sensitivity_evaluations;
-  sum.newton_iterations += cost.newton_iterations;
-}
-
 std::optional<double> value_of(const std::vector<BranchReport>& reports, const std::string& name) {
   const auto found = std::find_if(reports.begin(), reports.end(), [&](const BranchReport& r) { return r.name == name; });
   return found == reports.end() ? std::nullopt : std::optional(found->value);
@@ -47,7 +39,7 @@ class Follower {
       if (value == variation_.from) throw;
       outcome.message = error.what();
     }
-    add(result_.cost, outcome.cost);
+    result_.cost.add(outcome.cost);
     return outcome;
   }
 
@@ -148,13 +140,14 @@ class Follower {
     Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, goal_, options, scene_.restructure);
     result_.branch_points += static_cast<int>(branch.points.size());
     result_.event_iterations += branch.event_iterations;
-    add(result_.follow_cost, branch.cost);
-    add(result_.cost, branch.cost);
+    result_.follow_cost.add(branch.cost);
+    result_.cost.add(branch.cost);
     return branch;
   }
 
-  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it, or run on
-  /// where its unknowns have become singular: then it ends at the last point that is one, which may lie between two that are shown.
+  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it,
+  /// or run on where its unknowns have become singular: then it ends at the last point that is one, which may lie between
+  /// two that are shown.
   void verify(Branch& branch) {
     std::vector<VariedPoint> shown;
     if (!examine(branch, shows_steps() || !branch.reached, shown)) examine(branch, true, shown);
@@ -163,12 +156,18 @@ class Follower {
   }
 
   static VariedEvent stated(const BranchEvent& event) {
-    return {describe(event.kind), event.name, event.point.parameter, event.error_bound,
-            value_of(event.point.reports, "final_time"), event.before, event.after};
+    return {describe(event.kind),
+            event.name,
+            event.point.parameter,
+            event.error_bound,
+            value_of(event.point.reports, "final_time"),
+            event.before,
+            event.after};
   }
 
-  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. A few steps close to an event may not
-  /// be known to the accuracy. False, with nothing done, if a point is no solution and not every one before it was looked at.
+  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. A few steps close to an event
+  /// may not be known to the accuracy. False, with nothing done, if a point is no solution and not every one before it was
+  /// looked at.
   bool examine(Branch& branch, bool every, std::vector<VariedPoint>& shown) {
     constexpr int most_unknown = 20;
     int in_a_row = 0, left_out = 0;
@@ -229,7 +228,7 @@ class Follower {
                        .solution = solve(shooting, start.y, scene_.options),
                        .closed_form = std::nullopt,
                        .derivatives = {}};
-    add(result_.cost, result.solution.cost);
+    result_.cost.add(result.solution.cost);
     if (!result.solution.solved()) return result;
     try {
       result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
@@ -240,8 +239,8 @@ class Follower {
     return result;
   }
 
-  /// Where the branch is taken up again, in the direction in which it was going: the extremal of a scene beyond its end that is
-  /// nearest to what the end leads to expect.
+  /// Where the branch is taken up again, in the direction in which it was going: the extremal of a scene beyond its end that
+  /// is nearest to what the end leads to expect.
   std::optional<BranchStart> beyond(const Branch& branch) {
     const auto end = last_known(branch);
     if (!end) return std::nullopt;
@@ -277,7 +276,8 @@ class Follower {
     return std::nullopt;
   }
 
-  /// Values asked for that lie between the last point of a part of the branch and the first of the next, which lands on none of them.
+  /// Values asked for that lie between the last point of a part of the branch and the first of the next, which lands on none
+  /// of them.
   void fill(const VariedPoint& last, double next) {
     std::vector<double> values = variation_.values;
     if ((next > last.parameter) != (variation_.to > variation_.from)) std::reverse(values.begin(), values.end());
@@ -311,8 +311,8 @@ class Follower {
     return std::nullopt;
   }
 
-  /// How far an extremal is from what a point of the branch leads to expect at another value of the parameter: the largest difference
-  /// of a report that both have, by what may be expected of a straight line.
+  /// How far an extremal is from what a point of the branch leads to expect at another value of the parameter: the largest
+  /// difference of a report that both have, by what may be expected of a straight line.
   static double mismatch(const Solution& extremal, const VariedPoint& point, double value) {
     double worst = 0.0;
     for (const BranchReport& report : point.derivatives) {
@@ -371,18 +371,18 @@ class Follower {
     const auto refused = std::count_if(result_.points.begin(), result_.points.end(),
                                        [](const VariedPoint& p) { return !p.closed_form && !p.solution.solved(); });
     if (refused > 0)
-      add_remark(fmt::format("{} of {} points could not be solved to the accuracy or verified", refused,
-                             result_.points.size()));
+      add_remark(
+          fmt::format("{} of {} points could not be solved to the accuracy or verified", refused, result_.points.size()));
     result_.status = arrived && refused == 0 ? Outcome::Status::solved : Outcome::Status::failed;
   }
 
   const VariedScene& scene_;
   const Variation& variation_;
-  double begin_ = 0.0, goal_ = 0.0;     ///< of the part of the branch that is being followed
-  double distance_ = 1e-4;              ///< to the next place at which the branch is taken up again, by the whole range
-  int unknown_ = 0;                     ///< steps that could not be solved to the accuracy
+  double begin_ = 0.0, goal_ = 0.0;       ///< of the part of the branch that is being followed
+  double distance_ = 1e-4;                ///< to the next place at which the branch is taken up again, by the whole range
+  int unknown_ = 0;                       ///< steps that could not be solved to the accuracy
   std::optional<VariedEvent> last_fold_;  ///< beyond the last point of a branch that was cut
-  std::optional<VariedPoint> refused_;  ///< the root that is no solution at which the branch was cut
+  std::optional<VariedPoint> refused_;    ///< the root that is no solution at which the branch was cut
   VariedOutcome result_;
 };
 

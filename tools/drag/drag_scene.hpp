@@ -19,8 +19,8 @@ namespace costate::drag {
 /// vanish; then the scene is infeasible, and the limit is beta_max, the β (all else kept) at which they met.
 [[nodiscard]] tools::Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
-/// Where a branch starts from a scene without friction, which is in closed form: a turning orbit serves there, too. Nothing if
-/// there is friction, or if the end is out of reach.
+/// Where a branch starts from a scene without friction, which is in closed form: a turning orbit serves there, too. Nothing
+/// if there is friction, or if the end is out of reach.
 [[nodiscard]] std::optional<tools::BranchStart> branch_start(const Scene& scene);
 
 /// The times, from the end backward, in s, at which the extremals that leave the end point meet their neighbours: the zeros
