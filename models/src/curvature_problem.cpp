@@ -258,6 +258,17 @@ void CurvatureProblem::finish(Shot& shot, const Constants& constants, const Chai
   shot.row(row++, -at.x * distance - shot.parameter(x_place));
   shot.row(row++, -at.y * distance - shot.parameter(y_place));
 
+  for (std::size_t i = 0; i < arcs_.size(); ++i) {
+    shot.guard(EventKind::arc_death, fmt::format("length of arc {}", i + 1), length(shot, i));
+  }
+  if (last_in_contact()) shot.guard(EventKind::arc_birth, "normal force at the end", shot.unknown(1));
+  if (slope_given_) {
+    // In flight at the start the bead must not want to be pressed on the wire: λθ < μ λv v.
+    if (in_contact)
+      shot.guard(EventKind::arc_birth, "normal force at the start", at.eta);
+    else
+      shot.guard(EventKind::arc_birth, "mu lambda_v v - lambda_theta at the start", constants.mu * along - turn);
+  }
   for (std::size_t i = 0; i < junctions.size(); ++i) {
     shot.report(fmt::format("t{}", i + 1), "s", time * (junctions[junctions.size() - 1 - i] - at.t));
   }

@@ -108,6 +108,13 @@ class NormalFrictionProblem final : public Problem {
     shot.report("theta1", "rad", start.theta);
     shot.report("theta2", "rad", theta2);
     shot.report("v_f", "m/s", scene.speed * end_speed);
+    for (std::size_t i = 0; i < arcs_.size(); ++i) {
+      if (i > 0)
+        shot.guard(EventKind::arc_death, fmt::format("jump at corner {}", i), jump(pieces[i - 1], pieces[i], arcs_[i]));
+      shot.guard(EventKind::arc_birth, fmt::format("-H_theta_theta of arc {}", i + 1),
+                 least_curvature(scene.push, theta2, pieces[i]));
+    }
+    shot.guard(EventKind::arc_birth, "H at the start less its other maximum", lead(scene.push, start, theta2, end_speed));
     shot.complete({}, {}, scene.time.value);
   }
 
@@ -160,6 +167,48 @@ class NormalFrictionProblem final : public Problem {
     Jet left, turn;
   };
 
+  /// By how much H at the start is higher than at its other local maximum, where H_θ = 0: its derivatives are those at that slope,
+  /// held. An arc with the other slope is born at the start where it vanishes. 1 where there is no other.
+  static Jet lead(const Push<Jet>& push, const SlopePoint<Jet>& start, const Jet& theta2, const Jet& end_speed) {
+    const Jet v = end_speed * start.speed_ratio(), lambda_v = start.lambda_v();
+    const Jet lambda_x = cos(theta2) / end_speed, lambda_y = sin(theta2) / end_speed;
+    const Vec<Jet, 3> c{v * lambda_x + lambda_v * push.x, v * lambda_y + lambda_v * push.y, lambda_v * push.cubic};
+    const std::optional<double> other = BestSlope::other(primal(c), start.theta.value);
+    if (!other) return 1.0;
+    const double cosine = std::cos(*other);
+    const Jet there = cosine * (c[0] + cosine * cosine * c[2]) + std::sin(*other) * c[1];
+    return start.cosine * (c[0] + start.cosine * start.cosine * c[2]) + start.sine * c[1] - there;
+  }
+
+  /// How far the slope jumps, to the side that the structure says.
+  static Jet jump(const Piece& before, const Piece& after, const ArcShape& shape) {
+    return sign(shape.jump) * (before.left - after.left - after.turn);
+  }
+
+  /// The least of Γ/q = −H_θθ along an arc: where it vanishes inside, a corner is born. By the envelope theorem its derivatives are those
+  /// at the place of the minimum, held.
+  static Jet least_curvature(const Push<Jet>& push, const Jet& theta2, const Piece& piece) {
+    const Push<double> numbers{push.x.value, push.y.value, push.cubic.value};
+    const auto at = [&](double part) {
+      const SlopePoint<double> p(numbers, theta2.value, piece.left.value + piece.turn.value * part);
+      return p.gamma / p.q;
+    };
+    constexpr int cells = 64;
+    int least = 0;
+    for (int i = 1; i <= cells; ++i) {
+      if (at(static_cast<double>(i) / cells) < at(static_cast<double>(least) / cells)) least = i;
+    }
+    double a = static_cast<double>(std::max(least - 1, 0)) / cells,
+           b = static_cast<double>(std::min(least + 1, cells)) / cells;
+    for (int i = 0; i < 50; ++i) {
+      constexpr double golden = 0.6180339887498949;
+      const double left = b - golden * (b - a), right = a + golden * (b - a);
+      (at(left) < at(right) ? b : a) = at(left) < at(right) ? right : left;
+    }
+    const SlopePoint<Jet> place(push, theta2, piece.left + piece.turn * (0.5 * (a + b)));
+    return place.gamma / place.q;
+  }
+
   /// Rows and report of the corner between arcs i − 1 and i, reached at the scaled time `at`.
   void corner(Shot& shot, const Scaled<Jet>& scene, std::size_t i, const Piece& first, const Piece& second,
               const Jet& at) const {
@@ -195,7 +244,7 @@ class NormalFrictionProblem final : public Problem {
 
 }  // namespace
 
-BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
+std::vector<BestSlope::Bracket> BestSlope::maxima(const Vec<double, 3>& c) {
   constexpr std::size_t cells = 72;
   struct Direction {
     double theta, cosine, sine;
@@ -211,22 +260,47 @@ BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
   const auto falls = [&](const Direction& at) {
     return c[1] * at.cosine - at.sine * (c[0] + 3.0 * c[2] * at.cosine * at.cosine) <= 0.0;
   };
-  Bracket best{-std::numbers::pi, std::numbers::pi};
-  double top = -std::numeric_limits<double>::infinity();
-  const auto consider = [&](const Bracket& around) {
-    const double theta = guarded_root(Slope{}, c, around.lower, around.upper), cosine = std::cos(theta);
-    const double height = cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta);
-    if (height > top) {
-      top = height;
-      best = around;
-    }
-  };
+  std::vector<Bracket> found;
   for (std::size_t i = 0; i < cells; ++i) {
-    if (!falls(grid[i]) && falls(grid[i + 1])) consider({grid[i].theta, grid[i + 1].theta});
+    if (!falls(grid[i]) && falls(grid[i + 1])) found.push_back({grid[i].theta, grid[i + 1].theta});
   }
   // π and −π are one direction, but not to the last digit.
   constexpr double seam = 1e-6;
-  if (falls(grid.front()) && !falls(grid.back())) consider({std::numbers::pi - seam, std::numbers::pi + seam});
+  if (falls(grid.front()) && !falls(grid.back())) found.push_back({std::numbers::pi - seam, std::numbers::pi + seam});
+  return found;
+}
+
+namespace {
+
+/// α cos θ + σ sin θ + κ cos³θ.
+double height(const Vec<double, 3>& c, double theta) {
+  const double cosine = std::cos(theta);
+  return cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta);
+}
+
+}  // namespace
+
+BestSlope::Bracket BestSlope::highest(const Vec<double, 3>& c) {
+  Bracket best{-std::numbers::pi, std::numbers::pi};
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Bracket& around : maxima(c)) {
+    const double here = height(c, guarded_root(Slope{}, c, around.lower, around.upper));
+    if (here > top) {
+      top = here;
+      best = around;
+    }
+  }
+  return best;
+}
+
+std::optional<double> BestSlope::other(const Vec<double, 3>& c, double theta) {
+  constexpr double same = 1e-5;
+  std::optional<double> best;
+  for (const Bracket& around : maxima(c)) {
+    const double there = guarded_root(Slope{}, c, around.lower, around.upper);
+    if (std::abs(std::remainder(there - theta, 2.0 * std::numbers::pi)) < same) continue;
+    if (!best || height(c, there) > height(c, *best)) best = there;
+  }
   return best;
 }
 

@@ -83,6 +83,7 @@ std::optional<double> Tracer::next_landing(double from, double to) const {
 Tracer::Step Tracer::step() {
   const long steps = integration_steps_ + curve_->statistics().steps;
   if (static_cast<int>(branch_.points.size()) >= options_.max_points || steps >= options_.max_integration_steps) {
+    branch_.exhausted = true;
     return end(fmt::format("given up after {} points and {} integration steps", branch_.points.size(), steps));
   }
   while (step_ >= options_.smallest_step) {

@@ -117,7 +117,8 @@ class Follower {
       Branch branch = trace_from(start);
       verify(branch);
       if (branch.reached || branch.points.empty()) return finish(branch);
-      const auto again = back_at_start(branch) || restarts == most_restarts ? std::nullopt : beyond(branch);
+      const auto again = branch.exhausted || back_at_start(branch) || restarts == most_restarts ? std::nullopt
+                                                                                                : beyond(branch);
       if (!again) return finish(branch);
       refused_.reset();
       last_fold_.reset();
@@ -134,9 +135,10 @@ class Follower {
       if (value >= low && value <= high) options.landings.push_back(value);
     }
     // Every value asked for is a point of its own besides the steps that the branch needs.
-    constexpr int most_points = 1000, steps_per_point = 4000;
-    options.max_points = most_points + static_cast<int>(options.landings.size());
-    options.max_integration_steps = static_cast<long>(options.max_points) * steps_per_point;
+    constexpr int most_points = 300, most_steps = 300000, steps_per_value = 4000;
+    const auto count = static_cast<int>(options.landings.size());
+    options.max_points = most_points + count;
+    options.max_integration_steps = most_steps + static_cast<long>(steps_per_value) * count;
     Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, goal_, options, scene_.restructure);
     result_.branch_points += static_cast<int>(branch.points.size());
     result_.event_iterations += branch.event_iterations;
@@ -145,9 +147,8 @@ class Follower {
     return branch;
   }
 
-  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it,
-  /// or run on where its unknowns have become singular: then it ends at the last point that is one, which may lie between
-  /// two that are shown.
+  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it:
+  /// then it ends at the last point that is one, which may lie between two that are shown.
   void verify(Branch& branch) {
     std::vector<VariedPoint> shown;
     if (!examine(branch, shows_steps() || !branch.reached, shown)) examine(branch, true, shown);
@@ -165,43 +166,53 @@ class Follower {
             event.after};
   }
 
-  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. A few steps close to an event
-  /// may not be known to the accuracy. False, with nothing done, if a point is no solution and not every one before it was
-  /// looked at.
+  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. Steps close to an event may not
+  /// be known to the accuracy: after a few no more are tried. False, with nothing done, if a point is no solution and not
+  /// every one before it was looked at.
   bool examine(Branch& branch, bool every, std::vector<VariedPoint>& shown) {
-    constexpr int most_unknown = 20;
+    constexpr int patience = 3;
     int in_a_row = 0, left_out = 0;
     std::size_t good = 0;
+    good_.reset();
     shown.clear();
     for (std::size_t i = 0; i < branch.points.size(); ++i) {
       const BranchPoint& point = branch.points[i];
       if (!every && !point.requested && i > 0) continue;
+      if (!point.requested && in_a_row >= patience) {
+        ++left_out;
+        continue;
+      }
       VariedPoint solved = solve_point(branch, i);
-      const bool unknown = solved.solution.status == Solution::Status::failed;
-      in_a_row = unknown ? in_a_row + 1 : 0;
-      if (solved.solution.status == Solution::Status::refused || in_a_row > most_unknown) {
+      if (solved.solution.status == Solution::Status::refused) {
         if (!every) return false;
-        left_out -= std::min(left_out, in_a_row);
         refused_ = std::move(solved);
-        cut(branch, i == 0 ? 0 : good + 1, i);
+        cut(branch, i == 0 ? 0 : good + 1);
         break;
       }
+      const bool unknown = solved.solution.status == Solution::Status::failed;
+      in_a_row = unknown ? in_a_row + 1 : 0;
       if (!unknown) good = i;
-      if (unknown && shows_steps() && !point.requested) ++left_out;
-      if (point.requested || (shows_steps() && solved.solution.solved())) shown.push_back(std::move(solved));
+      if (solved.solution.solved()) good_ = {i, solved};
+      if (unknown && !point.requested) ++left_out;
+      if (point.requested || (shows_steps() && !unknown)) shown.push_back(std::move(solved));
     }
-    unknown_ += left_out;
+    if (shows_steps()) unknown_ += left_out;
+    if (!branch.reached && good_) hold_fold_back(branch);
     return true;
   }
 
-  /// A fold between the last solution and the first root that is none is an event only if no solution is found beyond.
-  void cut(Branch& branch, std::size_t length, std::size_t refused) {
+  /// A fold beyond the last point that was solved is an event only if the branch is not taken up again: it is held back.
+  void hold_fold_back(Branch& branch) {
+    const auto doubtful = [&](const BranchEvent& e) { return e.kind == EventKind::fold && e.position > good_->first; };
+    const auto first = std::find_if(branch.events.begin(), branch.events.end(), doubtful);
+    if (first == branch.events.end()) return;
+    last_fold_ = stated(*first);
+    std::erase_if(branch.events, doubtful);
+  }
+
+  void cut(Branch& branch, std::size_t length) {
     branch.points.resize(length);
-    for (const BranchEvent& event : branch.events) {
-      const bool between = event.position >= length && event.position <= refused;
-      if (between && event.kind == EventKind::fold && !last_fold_) last_fold_ = stated(event);
-    }
-    std::erase_if(branch.events, [&](const BranchEvent& e) { return e.position >= length; });
+    std::erase_if(branch.events, [&](const BranchEvent& e) { return e.kind != EventKind::fold && e.position >= length; });
     branch.reached = false;
     branch.message = fmt::format("from {} = {:.12g} on: {}", variation_.name, refused_->parameter,
                                  refused_->solution.message);
@@ -242,11 +253,10 @@ class Follower {
   /// Where the branch is taken up again, in the direction in which it was going: the extremal of a scene beyond its end that
   /// is nearest to what the end leads to expect.
   std::optional<BranchStart> beyond(const Branch& branch) {
-    const auto end = last_known(branch);
-    if (!end) return std::nullopt;
-    const BranchPoint& last = branch.points[end->first];
+    if (!good_) return std::nullopt;
+    const BranchPoint& last = branch.points[good_->first];
     const auto folds = std::count_if(branch.events.begin(), branch.events.end(), [&](const BranchEvent& e) {
-      return e.kind == EventKind::fold && e.position <= end->first;
+      return e.kind == EventKind::fold && e.position <= good_->first;
     });
     const double direction = (goal_ > begin_) == (folds % 2 == 0) ? 1.0 : -1.0;
     goal_ = (variation_.to > variation_.from) == (direction > 0.0) ? variation_.to : variation_.from;
@@ -258,11 +268,13 @@ class Follower {
       const double value = last.parameter + direction * distance * range;
       if ((goal_ - value) * direction <= 0.0) return std::nullopt;
       const Outcome outcome = solve_at(value);
-      const auto start = nearest_extremal(outcome, end->second, value);
+      const auto start = nearest_extremal(outcome, good_->second, value);
       if (!start) continue;
-      fill(end->second, value);
+      const bool limit = !branch.events.empty() && branch.events.back().kind == EventKind::limit;
       const std::string before = structure_name(*branch.stretches.back().problem), after = structure_name(*start->problem);
-      if (!branch.events.empty() && branch.events.back().kind == EventKind::limit) {
+      if (limit && before == after) continue;  // not yet beyond
+      fill(good_->second, value);
+      if (limit) {
         // The scene solved cold has the structure that the model could not name.
         result_.events.back().kind = describe(branch.events.back().announced);
         result_.events.back().after = after;
@@ -294,32 +306,25 @@ class Follower {
       } else {
         point.solution.message = "no solution that the branch leads to was found here";
       }
-      point.events_before = result_.events.size();
+      const bool event_beyond = !result_.events.empty() &&
+                                (result_.events.back().parameter - value) * (next - last.parameter) > 0.0;
+      point.events_before = result_.events.size() - (event_beyond ? 1 : 0);
       point.requested = true;
       result_.points.push_back(std::move(point));
     }
   }
 
-  /// The last point of a branch that can be solved by itself: where unknowns become singular the very last ones cannot.
-  std::optional<std::pair<std::size_t, VariedPoint>> last_known(const Branch& branch) {
-    constexpr std::size_t most = 25;
-    for (std::size_t back = 1; back <= std::min(most, branch.points.size()); ++back) {
-      const std::size_t i = branch.points.size() - back;
-      VariedPoint point = solve_point(branch, i);
-      if (point.solution.solved()) return std::pair{i, std::move(point)};
-    }
-    return std::nullopt;
-  }
-
   /// How far an extremal is from what a point of the branch leads to expect at another value of the parameter: the largest
-  /// difference of a report that both have, by what may be expected of a straight line.
+  /// difference of the final time and the costates, which are continuous where arcs come and go, by what may be expected of a
+  /// straight line.
   static double mismatch(const Solution& extremal, const VariedPoint& point, double value) {
     double worst = 0.0;
     for (const BranchReport& report : point.derivatives) {
+      if (report.name != "final_time" && !report.name.starts_with("lambda")) continue;
       for (const Quantity& found : extremal.reports) {
         if (found.name != report.name) continue;
         const double change = report.derivative * (value - point.parameter);
-        const double admitted = 0.5 * std::abs(change) + 1e-3 * std::max(1.0, std::abs(report.value));
+        const double admitted = 0.5 * std::abs(change) + 1e-3 * std::abs(report.value) + 1e-9;
         worst = std::max(worst, std::abs(found.value - report.value - change) / admitted);
       }
     }
@@ -378,11 +383,12 @@ class Follower {
 
   const VariedScene& scene_;
   const Variation& variation_;
-  double begin_ = 0.0, goal_ = 0.0;       ///< of the part of the branch that is being followed
-  double distance_ = 1e-4;                ///< to the next place at which the branch is taken up again, by the whole range
-  int unknown_ = 0;                       ///< steps that could not be solved to the accuracy
-  std::optional<VariedEvent> last_fold_;  ///< beyond the last point of a branch that was cut
-  std::optional<VariedPoint> refused_;    ///< the root that is no solution at which the branch was cut
+  double begin_ = 0.0, goal_ = 0.0;  ///< of the part of the branch that is being followed
+  double distance_ = 1e-4;           ///< to the next place at which the branch is taken up again, by the whole range
+  int unknown_ = 0;                  ///< steps that could not be solved to the accuracy
+  std::optional<std::pair<std::size_t, VariedPoint>> good_;  ///< the last point of the branch that was solved, and its place
+  std::optional<VariedEvent> last_fold_;                     ///< beyond the last point of a branch that was cut
+  std::optional<VariedPoint> refused_;                       ///< the root that is no solution at which the branch was cut
   VariedOutcome result_;
 };
 

@@ -25,6 +25,8 @@
 #include <costate/problem.hpp>
 
 #include <numbers>
+#include <optional>
+#include <vector>
 
 namespace costate::normal_friction {
 
@@ -71,10 +73,14 @@ struct BestSlope {
     return guarded_root(Slope{}, c, best.lower, best.upper);
   }
 
+  /// The highest local maximum but the one at θ, if there is another.
+  static std::optional<double> other(const Vec<double, 3>& c, double theta);
+
  private:
   struct Bracket {
     double lower, upper;
   };
+  static std::vector<Bracket> maxima(const Vec<double, 3>& c);
   static Bracket highest(const Vec<double, 3>& c);
 
   /// H_θ.

@@ -58,8 +58,9 @@ struct Branch {
   std::vector<Stretch> stretches;
   std::vector<BranchPoint> points;  ///< in order of the arclength, the start first
   std::vector<BranchEvent> events;
-  bool reached = false;  ///< the wanted end was reached
-  std::string message;   ///< why it ended early
+  bool reached = false;    ///< the wanted end was reached
+  bool exhausted = false;  ///< it was given up because a budget of the options was spent
+  std::string message;     ///< why it ended early
   Cost cost;
   long event_iterations = 0;  ///< of Newton's method, those spent on locating events and entering structures
 };
