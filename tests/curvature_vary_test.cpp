@@ -12,7 +12,8 @@ TEST_F(CurvatureVary, EveryPointIsWhatTheSceneAloneGives) {
   expect_points_of_scenes("x", 3, 5);
 }
 
-// On the way a flight is born at the start, where the parameter has an extremum along the equations but the solution no fold.
+// On the way a flight is born at the start, where the parameter has an extremum along the equations but the solution no
+// fold.
 TEST_F(CurvatureVary, FlightIsBornOnTheWay) {
   expect_points_of_scenes("slope", -1, -0.3);
   const json branch = solved_json({"--vary", "slope=-0.77:-0.76:21"});
