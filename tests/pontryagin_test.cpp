@@ -1,4 +1,6 @@
 /// State–costate flows derived from models, against costate equations written by hand and extremals in closed form.
+#include "small_problems.hpp"
+
 #include <costate/flow.hpp>
 #include <costate/pontryagin.hpp>
 
@@ -9,25 +11,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// x' = v, v' = u with the cost ½u²: H = −½u² + λx v + λv u. The place x is cyclic.
-struct DoubleIntegrator {
-  static constexpr int states = 2, cyclic = 1, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], u[0]};
-  }
-  template <class S>
-  S cost(const Vec<S, 2>&, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return 0.5 * u[0] * u[0];
-  }
-};
-struct LeastEnergy {
-  template <class S>
-  Vec<S, 1> control(const Vec<S, 2>&, const Vec<S, 2>& costate, const Vec<S, 0>&) const {
-    return {costate[1]};
-  }
-};
 
 /// x' = v cos θ, y' = v sin θ, v' = g sin θ in least time; y counts downward, x and y are cyclic, g is a parameter.
 struct Brachistochrone {
@@ -63,7 +46,7 @@ struct FullThrust {
   }
 };
 
-using Energy = Pontryagin<DoubleIntegrator, LeastEnergy>;
+using Energy = Pontryagin<small::Mass, small::LeastEffort>;
 using Fastest = Pontryagin<Brachistochrone, SteepestGain>;
 using Thrusting = Pontryagin<Sled, FullThrust>;
 
@@ -74,7 +57,7 @@ static_assert(VectorField<Energy> && VectorField<Fastest> && VectorField<Thrusti
 
 constexpr double rounding = 1e-15;
 
-TEST(Pontryagin, DoubleIntegratorHasTheCostateEquationsOfTheTextbook) {
+TEST(Pontryagin, MassOnARailHasTheCostateEquationsOfTheTextbook) {
   const Vec<double, 2> z{0.7, -1.2};  // v, λv
   const Vec<double, 1> p{0.4};        // λx
   const auto r = Energy().rates(0.0, z, p);

@@ -259,15 +259,20 @@ void CurvatureProblem::finish(Shot& shot, const Constants& constants, const Chai
   shot.row(row++, -at.y * distance - shot.parameter(y_place));
 
   for (std::size_t i = 0; i < arcs_.size(); ++i) {
-    shot.guard(EventKind::arc_death, fmt::format("length of arc {}", i + 1), length(shot, i));
+    shot.guard(EventKind::arc_death, length_of_arc(i), length(shot, i));
   }
-  if (last_in_contact()) shot.guard(EventKind::arc_birth, "normal force at the end", shot.unknown(1));
+  // In flight the bead must not want to be pressed on the wire: μ λv v − λθ ≥ 0. That is a quadratic in t, and vanishes where the flight
+  // joins a contact arc: what holds at its ends holds inside. At the end of the motion λθ/(λv v) → B_θ/B.
+  if (last_in_contact())
+    shot.guard(EventKind::arc_birth, end_force, shot.unknown(1));
+  else
+    shot.guard(EventKind::arc_birth, end_switching, constants.mu - shot.unknown(1));
+  // A free slope leaves nothing to guard: λθ(0) = 0 < μ λv v, or η(0) = 0, are rows.
   if (slope_given_) {
-    // In flight at the start the bead must not want to be pressed on the wire: λθ < μ λv v.
     if (in_contact)
-      shot.guard(EventKind::arc_birth, "normal force at the start", at.eta);
+      shot.guard(EventKind::arc_birth, start_force, at.eta);
     else
-      shot.guard(EventKind::arc_birth, "mu lambda_v v - lambda_theta at the start", constants.mu * along - turn);
+      shot.guard(EventKind::arc_birth, start_switching, constants.mu * along - turn);
   }
   for (std::size_t i = 0; i < junctions.size(); ++i) {
     shot.report(fmt::format("t{}", i + 1), "s", time * (junctions[junctions.size() - 1 - i] - at.t));
@@ -300,6 +305,34 @@ Eigen::VectorXd unknowns(const Scene& scene, const Plan& plan) {
   }
   return Eigen::Map<const Eigen::VectorXd>(y.data(), static_cast<Eigen::Index>(y.size()));
 }
+
+Plan CurvatureProblem::plan(const Eigen::VectorXd& y) const {
+  Plan plan;
+  plan.arcs = arcs_;
+  plan.theta_end = y[0];
+  (last_in_contact() ? plan.eta_end : plan.slope_end) = y[1];
+  plan.log_speed_ratio = y[log_ratio_place];
+  for (std::size_t i = 0; i < arcs_.size(); ++i) plan.arcs[i].length = y[static_cast<Eigen::Index>(first_length + i)];
+  auto next = static_cast<Eigen::Index>(first_node());
+  if (starts_freely_in_flight()) plan.theta_start = y[next - 1];
+  for (auto arc = plan.arcs.rbegin(); arc != plan.arcs.rend(); ++arc) {
+    for (Node& node : arc->nodes) {
+      for (double* part : {&node.theta, &node.eta, &node.n}) *part = y[next++];
+    }
+  }
+  return plan;
+}
+
+Plan plan_of(const Problem& problem, const Eigen::VectorXd& y) {
+  const auto* own = dynamic_cast<const CurvatureProblem*>(&problem);
+  if (own == nullptr) throw BadInput("the problem is not one of a bead with curvature-coupled friction");
+  if (y.size() != static_cast<Eigen::Index>(problem.unknowns().size())) {
+    throw BadInput(fmt::format("the problem has {} unknowns, not {}", problem.unknowns().size(), y.size()));
+  }
+  return own->plan(y);
+}
+
+std::string length_of_arc(std::size_t i) { return fmt::format("length of arc {}", i + 1); }
 
 std::vector<double> parameters(const Scene& scene) {
   std::vector<double> values{scene.x, scene.y, scene.speed, scene.mu, scene.beta, scene.gravity};

@@ -42,6 +42,9 @@ class CurvatureProblem final : public Problem {
  public:
   CurvatureProblem(const Scene& scene, const Plan& plan);
 
+  /// See plan_of.
+  [[nodiscard]] Plan plan(const Eigen::VectorXd& y) const;
+
   void shoot(Shot& shot) const override;
   [[nodiscard]] std::vector<Column> columns() const override;
   [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& p) const override;

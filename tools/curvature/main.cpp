@@ -2,6 +2,7 @@
 #include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
+#include "curvature/arc_changes.hpp"
 #include "curvature/curvature_scene.hpp"
 
 using namespace costate;
@@ -56,6 +57,7 @@ int main(int argc, char** argv) {
       return tools::deliver_variation({.variation = *line.variation(),
                                        .heading = [&] { return heading_of(scene); },
                                        .solve = solve,
+                                       .restructure = [&](const Junction& at) { return curvature::arc_changes(scene, at); },
                                        .options = options},
                                       line);
     }

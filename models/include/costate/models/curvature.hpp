@@ -173,6 +173,18 @@ enum ScenePlace : std::size_t { x_place, y_place, speed_place, mu_place, beta_pl
 /// The unknowns that a plan estimates, in the order of the scene's problem.
 [[nodiscard]] Eigen::VectorXd unknowns(const Scene& scene, const Plan& plan);
 
+/// The inverse: what a vector of unknowns of a problem of this model says of its arcs. Estimates that are no unknowns keep their
+/// defaults. \throws BadInput for a problem of another model, or a vector of another size.
+[[nodiscard]] Plan plan_of(const Problem& problem, const Eigen::VectorXd& y);
+
+/// Names of the guards (see Guard): h/g at the ends of a motion in contact there, μ λv v − λθ in flight at the start and
+/// μ − λθ/(λv v) in flight at the end, in units of v_f and g; and the length of every arc, the first being 0.
+inline constexpr const char* start_force = "normal force at the start";
+inline constexpr const char* start_switching = "mu lambda_v v - lambda_theta at the start";
+inline constexpr const char* end_force = "normal force at the end";
+inline constexpr const char* end_switching = "mu - lambda_theta/(lambda_v v) at the end";
+[[nodiscard]] std::string length_of_arc(std::size_t i);
+
 /// Parameter values of a scene, as the problem orders them.
 [[nodiscard]] std::vector<double> parameters(const Scene& scene);
 
