@@ -36,5 +36,10 @@ TEST_F(CurvatureVary, BadInputIsNamed) {
                    {{"--vary", "h=0:1"}, {"x, y, speed, slope, mu, beta, gravity"}}});
 }
 
+TEST_F(CurvatureVary, FlightsAreBornWhereTheyDie) {
+  expect_event_between("slope", -0.8, -0.7);
+  expect_event_between("x", 2.4, 2.1);
+}
+
 }  // namespace
 }  // namespace costate::tools
