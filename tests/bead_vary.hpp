@@ -35,6 +35,33 @@ class BeadVary : public ToolTest {
       EXPECT_NEAR(time.at("derivative").get<double>(), costate.at("value").get<double>(), 1e-7) << name << ' ' << parameter;
     }
   }
+
+  /// One event between the values, at the same place whichever way it is met, and the scenes on either side of it, solved alone, have
+  /// the structures that it names.
+  void expect_event_between(const std::string& name, double from, double to, const Arguments& scene = {}) {
+    const auto event = [&](double a, double b) {
+      Arguments vary = scene;
+      vary.insert(vary.end(), {"--vary", fmt::format("{}={}:{}:2", name, a, b)});
+      const json branch = solved_json(vary);
+      EXPECT_EQ(branch.at("events").size(), 1u) << name;
+      return branch.at("events").at(0);
+    };
+    const json up = event(from, to), down = event(to, from);
+    const double place = up.at("parameter").get<double>();
+    EXPECT_NEAR(place, down.at("parameter").get<double>(), 1e-10 * std::max(1.0, std::abs(place)));
+    EXPECT_EQ(up.at("before"), down.at("after"));
+    EXPECT_EQ(up.at("after"), down.at("before"));
+    const double beside = 1e-3 * (to - from);
+    for (const auto& [value, structure] :
+         {std::pair{place - beside, up.at("before")}, std::pair{place + beside, up.at("after")}}) {
+      Arguments single = scene;
+      single.insert(single.end(), {"--" + name, fmt::format("{:.17g}", value)});
+      std::string arcs;
+      const json alone = solved_json(single);
+      for (const json& arc : alone.at("structure")) arcs += (arcs.empty() ? "" : "-") + arc.get<std::string>();
+      EXPECT_EQ(arcs, structure.get<std::string>()) << name << ' ' << value;
+    }
+  }
 };
 
 }  // namespace costate::tools

@@ -12,7 +12,8 @@ TEST_F(CurvatureVary, EveryPointIsWhatTheSceneAloneGives) {
   expect_points_of_scenes("x", 3, 5);
 }
 
-// On the way a flight is born at the start, where the parameter has an extremum along the equations but the solution no fold.
+// On the way a flight is born at the start, where the parameter has an extremum along the equations but the solution no
+// fold.
 TEST_F(CurvatureVary, FlightIsBornOnTheWay) {
   expect_points_of_scenes("slope", -1, -0.3);
   const json branch = solved_json({"--vary", "slope=-0.77:-0.76:21"});
@@ -33,6 +34,11 @@ TEST_F(CurvatureVary, BadInputIsNamed) {
   expect_refusals({{{"--vary", "slope=free:1"}, {"slope", "'free' is not a number", "rad"}},
                    {{"--vary", "slope=-1:1.6"}, {"slope 1.6", "-1.5707 … 1.5707 rad"}},
                    {{"--vary", "h=0:1"}, {"x, y, speed, slope, mu, beta, gravity"}}});
+}
+
+TEST_F(CurvatureVary, FlightsAreBornWhereTheyDie) {
+  expect_event_between("slope", -0.8, -0.7);
+  expect_event_between("x", 2.4, 2.1);
 }
 
 }  // namespace

@@ -63,5 +63,19 @@ TEST_F(DragVary, BeyondTheFoldExtremalsAreNamedNoMinima) {
   EXPECT_NEAR(alone.at("limits").at("beta_max").get<double>(), fold.at("parameter").get<double>(), 1e-9);
 }
 
+// The second extremal of the reference (v₀ = 2, μ = 0.3, β = 0.004) has T = 1.86021418984332; the branch comes to it beyond the fold.
+TEST_F(DragVary, BothExtremalsOfTheReferenceLieOnOneBranch) {
+  const nlohmann::json branch = nlohmann::json::parse(run({"--vary", "beta=0.003:0.02", "--at", "0.004", "--json"}).out);
+  std::vector<nlohmann::json> at;
+  for (const nlohmann::json& point : branch.at("points")) {
+    if (point.at("parameter") == 0.004) at.push_back(point);
+  }
+  ASSERT_EQ(at.size(), 2U) << "on either side of the fold";
+  EXPECT_NEAR(at[0].at("quantities").at("final_time").at("value").get<double>(), 1.46879215211720, 1e-8);
+  EXPECT_EQ(at[0].at("objection"), "");
+  EXPECT_NEAR(at[1].at("quantities").at("final_time").at("value").get<double>(), 1.86021418984332, 1e-8);
+  EXPECT_TRUE(contains(at[1].at("objection"), "not a minimum")) << at[1].at("objection");
+}
+
 }  // namespace
 }  // namespace costate::tools

@@ -19,5 +19,11 @@ TEST_F(NormalVary, LinearFrictionIsFollowedToo) {
   expect_points_of_scenes("beta", 0, 0.01, {"--mu", "0"});
 }
 
+// The fastest path gets a corner at its start where H there has two equal maxima.
+TEST_F(NormalVary, CornersAreBornOnTheWay) {
+  expect_event_between("beta", -0.13, -0.14);
+  expect_event_between("speed", 34, 33, {"--beta", "-0.12"});
+}
+
 }  // namespace
 }  // namespace costate::tools

@@ -170,7 +170,11 @@ struct Tool {
   std::function<Outcome(double)> solve;
 
   [[nodiscard]] VariedScene scene(double from, double to, std::vector<double> values = {}) {
-    return {.variation = {.name = "p", .unit = "m", .from = from, .to = to, .values = std::move(values),
+    return {.variation = {.name = "p",
+                          .unit = "m",
+                          .from = from,
+                          .to = to,
+                          .values = std::move(values),
                           .store = [this](double v) { p = v; }},
             .heading = [] { return Heading{.model = "test", .title = "Test", .scene = {}, .unknowns = {}}; },
             .solve = [this] { return solve(p); }};

@@ -18,8 +18,8 @@ constexpr double level = 1e-9;
 /// Events are located with integrations tighter by this than those of the branch.
 constexpr double tighter = 0.01;
 
-/// The point of a bracketed root of f between a (value fa) and b (value fb): the Illinois variant of the false position. `f` gives nothing
-/// where it cannot be evaluated.
+/// The point of a bracketed root of f between a (value fa) and b (value fb): the Illinois variant of the false position. `f`
+/// gives nothing where it cannot be evaluated.
 template <class F>
 std::optional<double> root(const F& f, double a, double fa, double b, double fb, double small) {
   constexpr int most = 60;
@@ -57,7 +57,8 @@ std::vector<double> carried_over(const Problem& old, const std::vector<double>& 
 
 /// The first of what happens between the present point and the next.
 std::optional<Tracer::Incident> Tracer::first_incident(const CurvePoint& next) {
-  // Where the unknowns run away as the parameter nears a limit, its component of the tangent falls to rounding, and so does its sign.
+  // Where the unknowns run away as the parameter nears a limit, its component of the tangent falls to rounding, and so does
+  // its sign.
   const double before = here_.tangent.tail(1)[0], after = next.tangent.tail(1)[0];
   const bool turns = (after < 0.0) != (before < 0.0) && std::max(std::abs(before), std::abs(after)) > level;
   std::optional<Incident> first;
@@ -308,7 +309,8 @@ std::optional<CurvePoint> Tracer::first_point(Curve& curve, const Successor& suc
   return point;
 }
 
-/// Values to land on between the event and the first point, in the order in which the branch meets them. Nothing if one is missed.
+/// Values to land on between the event and the first point, in the order in which the branch meets them. Nothing if one is
+/// missed.
 std::optional<std::vector<CurvePoint>> Tracer::landings_between(Curve& curve, double event, const CurvePoint& first) {
   std::vector<CurvePoint> points;
   const double end = curve.parameter(first.u);

@@ -16,9 +16,10 @@ std::string outside_domain(const Problem& problem, const Eigen::VectorXd& y) {
     const Unknown& unknown = problem.unknowns()[i];
     const double value = y[static_cast<Eigen::Index>(i)];
     if (!(value > unknown.lower && value < unknown.upper)) {
-      return fmt::format("the equations have a root, but it is no solution: {} = {:.9g} must lie within {:g} … {:g}; the arc "
-                         "structure is wrong for this scene",
-                         unknown.name, value, unknown.lower, unknown.upper);
+      return fmt::format(
+          "the equations have a root, but it is no solution: {} = {:.9g} must lie within {:g} … {:g}; the arc "
+          "structure is wrong for this scene",
+          unknown.name, value, unknown.lower, unknown.upper);
     }
   }
   return {};
@@ -30,7 +31,8 @@ std::vector<ArcTrace> trace(Shooting& shooting, const Shot& shot) {
   std::vector<ArcTrace> traces;
   for (const ArcRecord& record : shot.arcs()) {
     ArcTrace arc{record, 0.0, 0.0, 0.0,
-                 shooting.flows()[*record.field].record(record.t0, record.t1, record.state, record.quadrature, record.parameter)};
+                 shooting.flows()[*record.field].record(record.t0, record.t1, record.state, record.quadrature,
+                                                        record.parameter)};
     std::tie(arc.begin, arc.end) = std::minmax({arc.time(record.t0), arc.time(record.t1)});
     first = std::min(first, arc.begin);
     traces.push_back(std::move(arc));
@@ -122,8 +124,8 @@ void check_arc(const Shooting& shooting, const ArcTrace& arc, double tolerance, 
   for (std::size_t j = 0; j < worst_at.size(); ++j) {
     const std::size_t i = worst_at[j];
     double at = times[i];
-    const PathCheck sharper =
-        sharpen(shooting, arc, j, times[i == 0 ? 0 : i - 1], times[std::min(i + 1, times.size() - 1)], at);
+    const PathCheck sharper = sharpen(shooting, arc, j, times[i == 0 ? 0 : i - 1], times[std::min(i + 1, times.size() - 1)],
+                                      at);
     fold(results, sharper, arc.time(at), tolerance);
   }
 }
@@ -147,9 +149,11 @@ std::string verify_root(Shooting& shooting, double accuracy, Solution& solution)
   for (std::size_t i = 1; i < solution.arcs.size(); ++i) {
     const double gap = solution.arcs[i].begin - solution.arcs[i - 1].end;
     if (std::abs(gap) > slack) {
-      return fmt::format("the equations have a root, but it is no solution: {:.3g} s lie between the arcs {} and {} at t = {:.6g} s; "
-                         "the arc structure is wrong for this scene",
-                         gap, solution.arcs[i - 1].record.arc + 1, solution.arcs[i].record.arc + 1, solution.arcs[i].begin);
+      return fmt::format(
+          "the equations have a root, but it is no solution: the arcs {1} and {2} do not join at "
+          "t = {3:.6g} s, {0:.3g} s apart; "
+          "the arc structure is wrong for this scene",
+          gap, solution.arcs[i - 1].record.arc + 1, solution.arcs[i].record.arc + 1, solution.arcs[i].begin);
     }
   }
   solution.certificate.checks.clear();
@@ -159,10 +163,10 @@ std::string verify_root(Shooting& shooting, double accuracy, Solution& solution)
   for (const ArcTrace& arc : solution.arcs) check_arc(shooting, arc, tolerance, solution.certificate.checks);
   for (const CheckResult& check : solution.certificate.checks) {
     if (!check.holds()) {
-      return fmt::format("the equations have a root, but it is no solution: {} is {:.3g} at t = {:.6g} s, must be {} 0; the arc "
-                         "structure is wrong for this scene",
-                         check.name, check.worst, check.time,
-                         check.kind == PathCheck::Kind::nonnegative ? "at least" : "equal to");
+      return fmt::format(
+          "the equations have a root, but it is no solution: {} is {:.3g} at t = {:.6g} s, must be {} 0; the arc "
+          "structure is wrong for this scene",
+          check.name, check.worst, check.time, check.kind == PathCheck::Kind::nonnegative ? "at least" : "equal to");
     }
   }
   return {};

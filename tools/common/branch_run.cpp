@@ -10,14 +10,6 @@ namespace costate::tools {
 
 namespace {
 
-void add(Cost& sum, const Cost& cost) {
-  sum.seconds += cost.seconds;
-  sum.steps += cost.steps;
-  sum.rhs_evaluations += cost.rhs_evaluations;
-  sum.sensitivity_evaluations += cost.sensitivity_evaluations;
-  sum.newton_iterations += cost.newton_iterations;
-}
-
 std::optional<double> value_of(const std::vector<BranchReport>& reports, const std::string& name) {
   const auto found = std::find_if(reports.begin(), reports.end(), [&](const BranchReport& r) { return r.name == name; });
   return found == reports.end() ? std::nullopt : std::optional(found->value);
@@ -47,7 +39,7 @@ class Follower {
       if (value == variation_.from) throw;
       outcome.message = error.what();
     }
-    add(result_.cost, outcome.cost);
+    result_.cost.add(outcome.cost);
     return outcome;
   }
 
@@ -143,21 +135,20 @@ class Follower {
       if (value >= low && value <= high) options.landings.push_back(value);
     }
     // Every value asked for is a point of its own besides the steps that the branch needs.
-    constexpr int most_points = 300, steps_per_point = 4000;
-    constexpr long most_steps = 300000;
-    const auto asked = static_cast<int>(options.landings.size());
-    options.max_points = most_points + asked;
-    options.max_integration_steps = most_steps + static_cast<long>(asked) * steps_per_point;
+    constexpr int most_points = 300, most_steps = 300000, steps_per_value = 4000;
+    const auto count = static_cast<int>(options.landings.size());
+    options.max_points = most_points + count;
+    options.max_integration_steps = most_steps + static_cast<long>(steps_per_value) * count;
     Branch branch = trace(start.problem, start.parameters, start.y, variation_.name, goal_, options, scene_.restructure);
     result_.branch_points += static_cast<int>(branch.points.size());
     result_.event_iterations += branch.event_iterations;
-    add(result_.follow_cost, branch.cost);
-    add(result_.cost, branch.cost);
+    result_.follow_cost.add(branch.cost);
+    result_.cost.add(branch.cost);
     return branch;
   }
 
-  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it: then it ends
-  /// at the last point that is one, which may lie between two that are shown.
+  /// Solves the points to be shown. A branch of the equations may leave the solutions where the problem has no guard for it:
+  /// then it ends at the last point that is one, which may lie between two that are shown.
   void verify(Branch& branch) {
     std::vector<VariedPoint> shown;
     if (!examine(branch, shows_steps() || !branch.reached, shown)) examine(branch, true, shown);
@@ -175,9 +166,9 @@ class Follower {
             event.after};
   }
 
-  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. Steps close to an event may not be known
-  /// to the accuracy: after a few no more are tried. False, with nothing done, if a point is no solution and not every one before it
-  /// was looked at.
+  /// Solves every point, or those asked for; cuts the branch at the first that is no solution. Steps close to an event may not
+  /// be known to the accuracy: after a few no more are tried. False, with nothing done, if a point is no solution and not
+  /// every one before it was looked at.
   bool examine(Branch& branch, bool every, std::vector<VariedPoint>& shown) {
     constexpr int patience = 3;
     int in_a_row = 0, left_out = 0;
@@ -188,37 +179,40 @@ class Follower {
       const BranchPoint& point = branch.points[i];
       if (!every && !point.requested && i > 0) continue;
       if (!point.requested && in_a_row >= patience) {
-        left_out += shows_steps() ? 1 : 0;
+        ++left_out;
         continue;
       }
       VariedPoint solved = solve_point(branch, i);
       if (solved.solution.status == Solution::Status::refused) {
         if (!every) return false;
         refused_ = std::move(solved);
-        cut(branch, i == 0 ? 0 : good + 1, i);
+        cut(branch, i == 0 ? 0 : good + 1);
         break;
       }
       const bool unknown = solved.solution.status == Solution::Status::failed;
       in_a_row = unknown ? in_a_row + 1 : 0;
-      if (!unknown) {
-        good = i;
-        good_ = {i, solved};
-      }
-      if (unknown && shows_steps() && !point.requested) ++left_out;
+      if (!unknown) good = i;
+      if (solved.solution.solved()) good_ = {i, solved};
+      if (unknown && !point.requested) ++left_out;
       if (point.requested || (shows_steps() && !unknown)) shown.push_back(std::move(solved));
     }
-    unknown_ += left_out;
+    if (shows_steps()) unknown_ += left_out;
+    if (!branch.reached && good_) hold_fold_back(branch);
     return true;
   }
 
-  /// A fold between the last solution and the first root that is none is an event only if no solution is found beyond.
-  void cut(Branch& branch, std::size_t length, std::size_t refused) {
+  /// A fold beyond the last point that was solved is an event only if the branch is not taken up again: it is held back.
+  void hold_fold_back(Branch& branch) {
+    const auto doubtful = [&](const BranchEvent& e) { return e.kind == EventKind::fold && e.position > good_->first; };
+    const auto first = std::find_if(branch.events.begin(), branch.events.end(), doubtful);
+    if (first == branch.events.end()) return;
+    last_fold_ = stated(*first);
+    std::erase_if(branch.events, doubtful);
+  }
+
+  void cut(Branch& branch, std::size_t length) {
     branch.points.resize(length);
-    for (const BranchEvent& event : branch.events) {
-      const bool between = event.position >= length && event.position <= refused;
-      if (between && event.kind == EventKind::fold && !last_fold_) last_fold_ = stated(event);
-    }
-    std::erase_if(branch.events, [&](const BranchEvent& e) { return e.position >= length; });
+    std::erase_if(branch.events, [&](const BranchEvent& e) { return e.kind != EventKind::fold && e.position >= length; });
     branch.reached = false;
     branch.message = fmt::format("from {} = {:.12g} on: {}", variation_.name, refused_->parameter,
                                  refused_->solution.message);
@@ -232,6 +226,9 @@ class Follower {
     std::vector<double> parameters = stretch.parameters;
     parameters[stretch.place] = point.parameter;
     VariedPoint result = solve_from({stretch.problem, parameters, point.y}, point.parameter);
+    if (scene_.restate && result.solution.status == Solution::Status::refused) {
+      if (const auto anew = scene_.restate(result.solution)) result = solve_from(*anew, point.parameter);
+    }
     result.events_before = result_.events.size() + static_cast<std::size_t>(before);
     result.requested = point.requested;
     result.iterations = point.iterations;
@@ -245,7 +242,7 @@ class Follower {
                        .solution = solve(shooting, start.y, scene_.options),
                        .closed_form = std::nullopt,
                        .derivatives = {}};
-    add(result_.cost, result.solution.cost);
+    result_.cost.add(result.solution.cost);
     if (!result.solution.solved()) return result;
     try {
       result.derivatives = derivatives(shooting, result.solution.y, variation_.name);
@@ -256,14 +253,13 @@ class Follower {
     return result;
   }
 
-  /// Where the branch is taken up again, in the direction in which it was going: the extremal of a scene beyond its end that is
-  /// nearest to what the end leads to expect.
+  /// Where the branch is taken up again, in the direction in which it was going: the extremal of a scene beyond its end that
+  /// is nearest to what the end leads to expect.
   std::optional<BranchStart> beyond(const Branch& branch) {
-    const auto end = last_known(branch);
-    if (!end) return std::nullopt;
-    const BranchPoint& last = branch.points[end->first];
+    if (!good_) return std::nullopt;
+    const BranchPoint& last = branch.points[good_->first];
     const auto folds = std::count_if(branch.events.begin(), branch.events.end(), [&](const BranchEvent& e) {
-      return e.kind == EventKind::fold && e.position <= end->first;
+      return e.kind == EventKind::fold && e.position <= good_->first;
     });
     const double direction = (goal_ > begin_) == (folds % 2 == 0) ? 1.0 : -1.0;
     goal_ = (variation_.to > variation_.from) == (direction > 0.0) ? variation_.to : variation_.from;
@@ -275,12 +271,12 @@ class Follower {
       const double value = last.parameter + direction * distance * range;
       if ((goal_ - value) * direction <= 0.0) return std::nullopt;
       const Outcome outcome = solve_at(value);
-      const auto start = nearest_start(outcome, end->second, value);
+      const auto start = nearest_start(outcome, good_->second, value);
       if (!start) continue;
       const bool limit = !branch.events.empty() && branch.events.back().kind == EventKind::limit;
       const std::string before = structure_name(*branch.stretches.back().problem), after = structure_name(*start->problem);
       if (limit && before == after) continue;  // not yet beyond
-      fill(end->second, value);
+      fill(good_->second, value);
       if (limit) {
         // The scene solved cold has the structure that the model could not name.
         result_.events.back().kind = describe(branch.events.back().announced);
@@ -295,7 +291,8 @@ class Follower {
     return std::nullopt;
   }
 
-  /// Values asked for that lie between the last point of a part of the branch and the first of the next, which lands on none of them.
+  /// Values asked for that lie between the last point of a part of the branch and the first of the next, which lands on none
+  /// of them.
   void fill(const VariedPoint& last, double next) {
     std::vector<double> values = variation_.values;
     if ((next > last.parameter) != (variation_.to > variation_.from)) std::reverse(values.begin(), values.end());
@@ -312,22 +309,12 @@ class Follower {
       } else {
         point.solution.message = "no solution that the branch leads to was found here";
       }
-      point.events_before = result_.events.size();
+      const bool event_beyond = !result_.events.empty() &&
+                                (result_.events.back().parameter - value) * (next - last.parameter) > 0.0;
+      point.events_before = result_.events.size() - (event_beyond ? 1 : 0);
       point.requested = true;
       result_.points.push_back(std::move(point));
     }
-  }
-
-  /// The last point of a branch that can be solved by itself: where unknowns become singular the very last ones cannot.
-  std::optional<std::pair<std::size_t, VariedPoint>> last_known(const Branch& branch) {
-    if (shows_steps() || !branch.reached) return good_;
-    for (std::size_t back = 1; back <= branch.points.size(); back *= 2) {
-      const std::size_t i = branch.points.size() - back;
-      if (good_ && i <= good_->first) return good_;
-      VariedPoint point = solve_point(branch, i);
-      if (point.solution.solved()) return std::pair{i, std::move(point)};
-    }
-    return good_;
   }
 
   std::optional<BranchStart> nearest_start(const Outcome& outcome, const VariedPoint& point, double value) const {

@@ -18,7 +18,10 @@ struct VariedScene {
   /// The problem to follow the scene's solution with. Empty, or nothing returned: the problem of the outcome.
   std::function<std::optional<BranchStart>(const Outcome&)> start{};
   Restructure restructure{};
-  std::function<std::string(const Solution&)> judge{};  ///< why a solved extremal is no minimum after all; empty if nothing is known
+  /// Why a solved extremal is no minimum after all; empty if nothing is known.
+  /// The problem stated anew at a root whose arcs are no longer the right ones for it, with the same unknowns.
+  std::function<std::optional<BranchStart>(const Solution& refused)> restate{};
+  std::function<std::string(const Solution&)> judge{};
   SolveOptions options{};
 };
 
@@ -59,9 +62,10 @@ struct VariedOutcome {
 /// point leads to expect.
 [[nodiscard]] const Solution* nearest_extremal(const Outcome& outcome, const VariedPoint& point, double value);
 
-/// Follows a scene. Each point shown is solved by itself to the wanted accuracy, from the branch's. Where the branch cannot be followed
-/// further (another statement of the problem is needed there) it is taken up again a little beyond, from the scene solved cold,
-/// if the final time there is what the branch leads to expect. Solved if `to` was reached and every point was.
+/// Follows a scene. Each point shown is solved by itself to the wanted accuracy, from the branch's. Where the branch cannot
+/// be followed further (another statement of the problem is needed there) it is taken up again a little beyond, from the
+/// scene solved cold, if the final time there is what the branch leads to expect. Solved if `to` was reached and every point
+/// was.
 [[nodiscard]] VariedOutcome follow_variation(const VariedScene& scene);
 
 /// Follows, prints as the flags ask, and returns the exit status.

@@ -7,7 +7,7 @@
 
 namespace costate::disk {
 
-/// What the arcs are beyond a junction where guards vanish (see Restructure). One rule for each guard:
+/// What the arcs are beyond a junction where guards vanish (see Restructure):
 ///
 /// - an arc without duration is left out. A free arc leaves its neighbours in contact, a switch of V'; a saturated one between two
 ///   free arcs makes them one; a boundary arc between two saturated ones leaves a switch.

@@ -20,10 +20,8 @@ struct Outcome : tools::Outcome {
 ///
 /// First the disk with unlimited friction, one free arc, by continuation in the end point from the disk that turns on the
 /// spot (x_f = y_f = 0: λx = λy = 0, t_f = |φ_f| L/c₁); a small end heading is approached in several ways and the fastest
-/// extremal kept. If the scene has no friction coefficient, or one that never binds, that is the answer. Otherwise k_f is
-/// followed down from where it begins to bind. Saturated arcs are born where the free one touches the limit: at an end with
-/// t ≈ 1.5 δ/|F'|, δ the excess of friction there; inside with a half-width √3 times that of the interval in excess. A free arc
-/// between two saturated ones that has shrunk to nothing leaves them alone.
+/// extremal kept. If the scene has no friction coefficient, or one that never binds, that is the answer. Otherwise the branch in
+/// k_f is followed down from where it does not bind, through every change of the arcs (arc_changes).
 [[nodiscard]] Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
 /// How a solved scene is followed: where friction is limited but does not bind, its problem must know the limit all the same.

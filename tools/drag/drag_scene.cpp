@@ -196,6 +196,12 @@ std::optional<tools::BranchStart> branch_start(const Scene& scene) {
   return tools::BranchStart{make_problem(scene, guess), values, unknowns(guess)};
 }
 
+tools::BranchStart restated(const Solution& root) {
+  const std::vector<double>& p = root.parameters;
+  const Scene scene{p[x_place], p[y_place], p[speed_place], p[mu_place], p[beta_place], p[gravity_place]};
+  return {make_problem(scene, {family_of(*root.problem), root.y[0], root.y[1], root.y[2]}), p, root.y};
+}
+
 std::string focal_objection(const Solution& solution) {
   const std::vector<double> focal = focal_times(solution);
   return focal.empty() ? "" : objection(solution.final_time(), focal);

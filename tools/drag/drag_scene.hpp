@@ -19,13 +19,16 @@ namespace costate::drag {
 /// vanish; then the scene is infeasible, and the limit is beta_max, the β (all else kept) at which they met.
 [[nodiscard]] tools::Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
-/// Where a branch starts from a scene without friction, which is in closed form: a turning orbit serves there, too. Nothing if
-/// there is friction, or if the end is out of reach.
+/// Where a branch starts from a scene without friction, which is in closed form: a turning orbit serves there, too. Nothing
+/// if there is friction, or if the end is out of reach.
 [[nodiscard]] std::optional<tools::BranchStart> branch_start(const Scene& scene);
 
 /// The times, from the end backward, in s, at which the extremals that leave the end point meet their neighbours: the zeros
 /// of det ∂(x, y, v)/∂(λx, λy, t) within (0, final time]. \throws LeftDomain if the solution cannot be integrated again.
 [[nodiscard]] std::vector<double> focal_times(const Solution& solution);
+
+/// The problem of a root with the arcs that suit it: along a branch the place nearest to a steady motion may leave the path.
+[[nodiscard]] tools::BranchStart restated(const Solution& root);
 
 /// Why an extremal is no minimum: where its first focal point is; empty if it has none. \throws LeftDomain as focal_times.
 [[nodiscard]] std::string focal_objection(const Solution& solution);

@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
                                        .heading = [&] { return heading_of(scene); },
                                        .solve = solve,
                                        .start = [&](const tools::Outcome&) { return drag::branch_start(scene); },
+                                       .restate = [](const Solution& root) { return drag::restated(root); },
                                        .judge = [](const Solution& s) { return drag::focal_objection(s); },
                                        .options = options},
                                       line);

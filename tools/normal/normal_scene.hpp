@@ -21,8 +21,8 @@ namespace costate::normal_friction {
 /// N_min, the least normal force along the path; where it is negative the path overhangs and friction is a thrust there.
 [[nodiscard]] tools::Outcome solve_scene(const Scene& scene, const SolveOptions& options);
 
-/// Where a branch starts from a scene with β = 0, which is in closed form: the shooting problem serves there, too. Nothing if the
-/// motion is straight, or if β ≠ 0.
+/// Where a branch starts from a scene with β = 0, which is in closed form: the shooting problem serves there, too. Nothing
+/// if the motion is straight, or if β ≠ 0.
 [[nodiscard]] std::optional<tools::BranchStart> branch_start(const Scene& scene);
 
 }  // namespace costate::normal_friction

@@ -108,7 +108,8 @@ struct TraceOptions {
                            const Eigen::VectorXd& y, const std::string& parameter, double to,
                            const TraceOptions& options = {}, const Restructure& restructure = {});
 
-/// Goes on from a point of a branch, in the direction of its tangent (or against it).
+/// Goes on from a point of a branch, in the direction of its tangent (or against it), whether that leads to `to` or not: a branch that
+/// comes back to where it started ends there.
 [[nodiscard]] Branch restart(const Branch& branch, std::size_t point, double to, const TraceOptions& options = {},
                              const Restructure& restructure = {}, bool backward = false);
 

@@ -51,6 +51,14 @@ struct Cost {
     rhs_evaluations += statistics.rhs_evaluations;
     sensitivity_evaluations += statistics.sensitivity_evaluations;
   }
+  /// What other work has cost.
+  void add(const Cost& other) {
+    seconds += other.seconds;
+    steps += other.steps;
+    rhs_evaluations += other.rhs_evaluations;
+    sensitivity_evaluations += other.sensitivity_evaluations;
+    newton_iterations += other.newton_iterations;
+  }
 };
 
 /// One integrated arc of a solution.

@@ -1,0 +1,25 @@
+# The branch shown in README.md is what the command above it prints: every event as it stands, every point with ten decimals
+# of its time (those beyond are below the wanted accuracy). Usage: cmake -DPROGRAM=… -DREADME=… -P readme_vary.cmake
+file(READ ${README} readme)
+if(NOT readme MATCHES "<!-- vary -->\n```sh\nbuild/tools/costate-disk ([^\n]*)\n```\n\n```\n([^`]*)```")
+  message(FATAL_ERROR "README.md has no command of costate-disk marked <!-- vary --> with its output below")
+endif()
+set(shown "${CMAKE_MATCH_2}")
+separate_arguments(arguments UNIX_COMMAND "${CMAKE_MATCH_1}")
+execute_process(COMMAND ${PROGRAM} ${arguments} OUTPUT_VARIABLE printed RESULT_VARIABLE status)
+if(NOT status EQUAL 0)
+  message(FATAL_ERROR "costate-disk ${arguments}: exit status ${status}")
+endif()
+
+# The lines of a branch, in a form that can be compared; a semicolon would separate items of a list.
+function(lines_of text result)
+  string(REPLACE ";" "," text "${text}")
+  set(ten "[0-9][0-9][0-9][0-9][0-9][0-9][0-9][0-9][0-9][0-9]")
+  string(REGEX MATCHALL "\n +(--[^\n]*|[0-9.]+ +[0-9]+[.]${ten})" lines "${text}")
+  set(${result} "${lines}" PARENT_SCOPE)
+endfunction()
+lines_of("\n${shown}" expected)
+lines_of("\n${printed}" found)
+if(expected STREQUAL "" OR NOT expected STREQUAL found)
+  message(FATAL_ERROR "README.md shows\n${expected}\nbut costate-disk prints\n${found}\nput that there")
+endif()
