@@ -238,6 +238,10 @@ void CurvatureProblem::first_flight(Shot& shot, const Constants& constants, Chai
   at.theta = theta;
   at.lambda_along = start.along();
   at.lambda_turn = start.turn();
+  // μ λv v − λθ is quadratic in t and 0 at the end of the flight; this is the other factor.
+  at.switching = constants.mu * (constants.lambda_x * start.v_x + constants.lambda_y * start.v_y + start.to_y) -
+                 constants.lambda_y * start.v_x + constants.lambda_x * start.v_y + start.to_x -
+                 d * (constants.mu * constants.lambda_y + constants.lambda_x);
   show_flight(shot, constants, 0, start, at, d.value);
   if (!slope_given_) shot.row(row++, at.lambda_turn);
 }
@@ -267,12 +271,13 @@ void CurvatureProblem::finish(Shot& shot, const Constants& constants, const Chai
     shot.guard(EventKind::arc_birth, end_force, shot.unknown(1));
   else
     shot.guard(EventKind::arc_birth, end_switching, constants.mu - shot.unknown(1));
-  // A free slope leaves nothing to guard: λθ(0) = 0 < μ λv v, or η(0) = 0, are rows.
+  // A free slope leaves nothing to guard: λθ(0) = 0 < μ λv v, or η(0) = 0, are rows. Before a flight η starts from 0 backward: by the length
+  // of the arc it does not vanish with that.
   if (slope_given_) {
     if (in_contact)
-      shot.guard(EventKind::arc_birth, start_force, at.eta);
+      shot.guard(EventKind::arc_birth, start_force, arcs_.size() > 1 ? at.eta / length(shot, 0) : at.eta);
     else
-      shot.guard(EventKind::arc_birth, start_switching, constants.mu * along - turn);
+      shot.guard(EventKind::arc_birth, start_switching, at.switching);
   }
   for (std::size_t i = 0; i < junctions.size(); ++i) {
     shot.report(fmt::format("t{}", i + 1), "s", time * (junctions[junctions.size() - 1 - i] - at.t));

@@ -24,6 +24,7 @@ struct ChainPoint {
   Jet x, y, t, log_v, theta;
   Jet eta, n;                     ///< on a contact arc
   Jet lambda_along, lambda_turn;  ///< on a ballistic one: n v², λθ
+  Jet switching;                  ///< at the start of a first flight: (μ λv v − λθ) by its duration, which does not vanish with it
 };
 
 /// What holds throughout: the constant costates and the friction.

@@ -1,4 +1,4 @@
-#include <costate/models/normal_friction.hpp>
+#include "normal_corner.hpp"
 
 #include <costate/error.hpp>
 
@@ -52,8 +52,9 @@ class NormalFrictionProblem final : public Problem {
     rows_ = {{"end across gravity and linear friction"}, {"energy"}};
     structure_.assign(arcs_.size(), "sliding");
     for (std::size_t i = arcs_.size() - 1; i > 0; --i) {
-      unknowns_.push_back({fmt::format("log_jump_{}", i)});
-      unknowns_.push_back({fmt::format("log_turn_{}", i)});
+      unknowns_.push_back({.name = fmt::format("jump_{}", i), .lower = 0.0});
+      // The first arc may vanish at the start; one between corners or at the end does not.
+      unknowns_.push_back(i == 1 ? Unknown{.name = "turn_1", .lower = 0.0} : Unknown{.name = fmt::format("log_turn_{}", i)});
       rows_.push_back({fmt::format("speed at corner {}", i)});
       rows_.push_back({fmt::format("lambda_v at corner {}", i)});
     }
@@ -65,6 +66,8 @@ class NormalFrictionProblem final : public Problem {
     for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
   }
 
+  [[nodiscard]] const Structure& arcs() const { return arcs_; }
+
   void shoot(Shot& shot) const override {
     const Scaled<Jet> scene([&](std::size_t i) { return shot.parameter(i); });
     const Jet& theta2 = shot.unknown(0);
@@ -72,8 +75,9 @@ class NormalFrictionProblem final : public Problem {
     std::vector<Piece> pieces(arcs_.size());
     pieces.back() = {0.0, sign(arcs_.back().turn) * exp(shot.unknown(1))};
     for (std::size_t i = arcs_.size() - 1, next = 2; i-- > 0; next += 2) {
-      pieces[i] = {pieces[i + 1].left + pieces[i + 1].turn + sign(arcs_[i + 1].jump) * exp(shot.unknown(next)),
-                   sign(arcs_[i].turn) * exp(shot.unknown(next + 1))};
+      const Jet& turn = shot.unknown(next + 1);
+      pieces[i] = {pieces[i + 1].left + pieces[i + 1].turn + sign(arcs_[i + 1].jump) * shot.unknown(next),
+                   sign(arcs_[i].turn) * (i == 0 ? turn : exp(turn))};
     }
     for (const Piece& piece : pieces) require_motion(scene.push, theta2.value, piece);
     const SlopePoint<Jet> start(scene.push, theta2, pieces[0].left + pieces[0].turn);
@@ -108,13 +112,7 @@ class NormalFrictionProblem final : public Problem {
     shot.report("theta1", "rad", start.theta);
     shot.report("theta2", "rad", theta2);
     shot.report("v_f", "m/s", scene.speed * end_speed);
-    for (std::size_t i = 0; i < arcs_.size(); ++i) {
-      if (i > 0)
-        shot.guard(EventKind::arc_death, fmt::format("jump at corner {}", i), jump(pieces[i - 1], pieces[i], arcs_[i]));
-      shot.guard(EventKind::arc_birth, fmt::format("-H_theta_theta of arc {}", i + 1),
-                 least_curvature(scene.push, theta2, pieces[i]));
-    }
-    shot.guard(EventKind::arc_birth, "H at the start less its other maximum", lead(scene.push, start, theta2, end_speed));
+    guard_structure(shot, scene.push, pieces, start);
     shot.complete({}, {}, scene.time.value);
   }
 
@@ -141,10 +139,7 @@ class NormalFrictionProblem final : public Problem {
   [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>&) const override {
     const Eigen::VectorXd& constants = point.record->parameter;
     const SlopePoint<double> at = slope_point(point, constants);
-    const double v = constants[3] * at.speed_ratio(), lambda_v = at.lambda_v();
-    const double lambda_x = std::cos(constants[0]) / constants[3], lambda_y = std::sin(constants[0]) / constants[3];
-    const Vec<double, 3> c{v * lambda_x + lambda_v * constants[4], v * lambda_y + lambda_v * constants[5],
-                           lambda_v * constants[6]};
+    const Vec<double, 3> c = at.hamiltonian({constants[4], constants[5], constants[6]}, constants[0]);
     const auto hamiltonian = [&](double theta) {
       const double cosine = std::cos(theta);
       return cosine * (c[0] + c[2] * cosine * cosine) + c[1] * std::sin(theta) - 1.0;
@@ -153,7 +148,7 @@ class NormalFrictionProblem final : public Problem {
     const double here = hamiltonian(at.theta), rounding = at.q / (std::abs(at.d) + std::abs(at.f));
     const double size = 1.0 + std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]);
     return {{"H times q/(|d| + |f|)", PathCheck::Kind::zero, here * rounding},
-            {"speed", PathCheck::Kind::nonnegative, v},
+            {"speed", PathCheck::Kind::nonnegative, constants[3] * at.speed_ratio()},
             {"-H_theta_theta (Legendre-Clebsch)", PathCheck::Kind::nonnegative, at.gamma / at.q},
             {"(H - highest H of any slope) / size of its terms (Weierstrass)", PathCheck::Kind::nonnegative,
              (here - hamiltonian(BestSlope::of(c))) / size}};
@@ -167,45 +162,37 @@ class NormalFrictionProblem final : public Problem {
     Jet left, turn;
   };
 
+  static Push<double> numbers(const Push<Jet>& push) { return {push.x.value, push.y.value, push.cubic.value}; }
+
+  void guard_structure(Shot& shot, const Push<Jet>& push, const std::vector<Piece>& pieces,
+                       const SlopePoint<Jet>& start) const {
+    const Jet& theta2 = shot.unknown(0);
+    const bool corners = pieces.size() > 1;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      if (i > 0) shot.guard(EventKind::arc_death, jump_at_corner(i), shot.unknown(2 * (pieces.size() - i)));
+      shot.guard(EventKind::arc_birth, curvature_of_arc(i), least_curvature(push, theta2, pieces[i]));
+    }
+    const Jet& first_turn = shot.unknown(shot.rows().size() - 1);
+    if (corners) shot.guard(EventKind::arc_death, turn_of_first_arc, first_turn);
+    shot.guard(EventKind::arc_birth, lead_at_start, lead(push, start, theta2, corners ? first_turn : Jet(1.0)));
+  }
+
   /// By how much H at the start is higher than at its other local maximum, where H_θ = 0: its derivatives are those at that slope,
   /// held. An arc with the other slope is born at the start where it vanishes. 1 where there is no other.
-  static Jet lead(const Push<Jet>& push, const SlopePoint<Jet>& start, const Jet& theta2, const Jet& end_speed) {
-    const Jet v = end_speed * start.speed_ratio(), lambda_v = start.lambda_v();
-    const Jet lambda_x = cos(theta2) / end_speed, lambda_y = sin(theta2) / end_speed;
-    const Vec<Jet, 3> c{v * lambda_x + lambda_v * push.x, v * lambda_y + lambda_v * push.y, lambda_v * push.cubic};
+  static Jet lead(const Push<Jet>& push, const SlopePoint<Jet>& start, const Jet& theta2, const Jet& vanishing) {
+    const Vec<Jet, 3> c = start.hamiltonian(push, theta2);
     const std::optional<double> other = BestSlope::other(primal(c), start.theta.value);
     if (!other) return 1.0;
     const double cosine = std::cos(*other);
     const Jet there = cosine * (c[0] + cosine * cosine * c[2]) + std::sin(*other) * c[1];
-    return start.cosine * (c[0] + start.cosine * start.cosine * c[2]) + start.sine * c[1] - there;
-  }
-
-  /// How far the slope jumps, to the side that the structure says.
-  static Jet jump(const Piece& before, const Piece& after, const ArcShape& shape) {
-    return sign(shape.jump) * (before.left - after.left - after.turn);
+    return (start.cosine * (c[0] + start.cosine * start.cosine * c[2]) + start.sine * c[1] - there) / vanishing;
   }
 
   /// The least of Γ/q = −H_θθ along an arc: where it vanishes inside, a corner is born. By the envelope theorem its derivatives are those
   /// at the place of the minimum, held.
   static Jet least_curvature(const Push<Jet>& push, const Jet& theta2, const Piece& piece) {
-    const Push<double> numbers{push.x.value, push.y.value, push.cubic.value};
-    const auto at = [&](double part) {
-      const SlopePoint<double> p(numbers, theta2.value, piece.left.value + piece.turn.value * part);
-      return p.gamma / p.q;
-    };
-    constexpr int cells = 64;
-    int least = 0;
-    for (int i = 1; i <= cells; ++i) {
-      if (at(static_cast<double>(i) / cells) < at(static_cast<double>(least) / cells)) least = i;
-    }
-    double a = static_cast<double>(std::max(least - 1, 0)) / cells,
-           b = static_cast<double>(std::min(least + 1, cells)) / cells;
-    for (int i = 0; i < 50; ++i) {
-      constexpr double golden = 0.6180339887498949;
-      const double left = b - golden * (b - a), right = a + golden * (b - a);
-      (at(left) < at(right) ? b : a) = at(left) < at(right) ? right : left;
-    }
-    const SlopePoint<Jet> place(push, theta2, piece.left + piece.turn * (0.5 * (a + b)));
+    const double part = weakest_part(numbers(push), theta2.value, piece.left.value, piece.turn.value);
+    const SlopePoint<Jet> place(push, theta2, piece.left + piece.turn * part);
     return place.gamma / place.q;
   }
 
@@ -213,11 +200,10 @@ class NormalFrictionProblem final : public Problem {
   void corner(Shot& shot, const Scaled<Jet>& scene, std::size_t i, const Piece& first, const Piece& second,
               const Jet& at) const {
     const Jet& theta2 = shot.unknown(0);
-    const SlopePoint<Jet> before(scene.push, theta2, first.left), after(scene.push, theta2, second.left + second.turn);
-    const Jet jump = after.theta - before.theta;
+    const auto [speed, costate] = corner_rows(scene.push, theta2, first.left, second.left + second.turn);
     const std::size_t row = 2 * (arcs_.size() - i);
-    shot.row(row, (after.speed_ratio() / before.speed_ratio() - 1.0) / jump);
-    shot.row(row + 1, (after.lambda_v() / before.lambda_v() - 1.0) / jump);
+    shot.row(row, speed);
+    shot.row(row + 1, costate);
     shot.report(fmt::format("t{}", i), "s", scene.time * at);
   }
 
@@ -228,10 +214,9 @@ class NormalFrictionProblem final : public Problem {
 
   /// The quadratures have a pole where q = 0: such a turn is no motion, and must not be integrated.
   static void require_motion(const Push<Jet>& push, double theta2, const Piece& piece) {
-    const Push<double> numbers{push.x.value, push.y.value, push.cubic.value};
     constexpr int cells = 32;
     for (int i = 0; i <= cells; ++i) {
-      const SlopePoint<double> at(numbers, theta2, piece.left.value + piece.turn.value * i / cells);
+      const SlopePoint<double> at(numbers(push), theta2, piece.left.value + piece.turn.value * i / cells);
       if (!(at.speed_ratio() > 0.0)) {
         throw LeftDomain(fmt::format("the speed has no positive value at theta = {:.6g} rad", at.theta));
       }
@@ -243,6 +228,22 @@ class NormalFrictionProblem final : public Problem {
 };
 
 }  // namespace
+
+Structure Chain::structure() const {
+  Structure result;
+  for (const ArcSpan& arc : arcs) result.push_back(arc.shape);
+  return result;
+}
+
+Eigen::VectorXd unknowns(const Chain& chain) {
+  std::vector<double> y{chain.theta2};
+  for (std::size_t i = chain.arcs.size(); i-- > 0;) {
+    const bool first_of_several = i == 0 && chain.arcs.size() > 1;
+    y.push_back(first_of_several ? chain.arcs[i].turn : std::log(chain.arcs[i].turn));
+    if (i > 0) y.push_back(chain.arcs[i].jump);
+  }
+  return Eigen::Map<const Eigen::VectorXd>(y.data(), static_cast<Eigen::Index>(y.size()));
+}
 
 std::vector<BestSlope::Bracket> BestSlope::maxima(const Vec<double, 3>& c) {
   constexpr std::size_t cells = 72;
@@ -303,6 +304,46 @@ std::optional<double> BestSlope::other(const Vec<double, 3>& c, double theta) {
   }
   return best;
 }
+
+Chain chain_of(const Problem& problem, const Eigen::VectorXd& y) {
+  const auto* own = dynamic_cast<const NormalFrictionProblem*>(&problem);
+  if (own == nullptr) throw BadInput("the problem is not one of a bead with friction by the normal force");
+  if (y.size() != static_cast<Eigen::Index>(problem.unknowns().size())) {
+    throw BadInput(fmt::format("the problem has {} unknowns, not {}", problem.unknowns().size(), y.size()));
+  }
+  Chain chain{.theta2 = y[0], .arcs = {}};
+  for (const ArcShape& shape : own->arcs()) chain.arcs.push_back({.shape = shape});
+  Eigen::Index next = 1;
+  for (std::size_t i = chain.arcs.size(); i-- > 0;) {
+    const bool first_of_several = i == 0 && chain.arcs.size() > 1;
+    chain.arcs[i].turn = first_of_several ? y[next] : std::exp(y[next]);
+    ++next;
+    if (i > 0) chain.arcs[i].jump = y[next++];
+  }
+  return chain;
+}
+
+double weakest_part(const Push<double>& push, double theta2, double left, double turn) {
+  const auto at = [&](double part) {
+    const SlopePoint<double> p(push, theta2, left + turn * part);
+    return p.gamma / p.q;
+  };
+  constexpr int cells = 64;
+  int least = 0;
+  for (int i = 1; i <= cells; ++i) {
+    if (at(static_cast<double>(i) / cells) < at(static_cast<double>(least) / cells)) least = i;
+  }
+  double a = static_cast<double>(std::max(least - 1, 0)) / cells, b = static_cast<double>(std::min(least + 1, cells)) / cells;
+  for (int i = 0; i < 50; ++i) {
+    constexpr double golden = 0.6180339887498949;
+    const double lower = b - golden * (b - a), upper = a + golden * (b - a);
+    (at(lower) < at(upper) ? b : a) = at(lower) < at(upper) ? upper : lower;
+  }
+  return 0.5 * (a + b);
+}
+
+std::string jump_at_corner(std::size_t i) { return fmt::format("jump at corner {}", i); }
+std::string curvature_of_arc(std::size_t i) { return fmt::format("-H_theta_theta of arc {}", i + 1); }
 
 std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure) {
   return std::make_shared<NormalFrictionProblem>(scene, structure);

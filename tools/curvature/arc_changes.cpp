@@ -1,5 +1,9 @@
 #include "curvature/arc_changes.hpp"
 
+#include "curvature/plan.hpp"
+
+#include <cmath>
+
 namespace costate::curvature {
 
 namespace {
@@ -8,10 +12,21 @@ namespace {
 constexpr double newborn_flight = 1e-4, newborn_contact = 1e-2;
 /// Values of the guards at the start after its first arc has gone: η, whose square is as the parameter; μ λv v − λθ.
 constexpr double slight_force = 1e-2, slight_excess = 1e-4;
+/// Between nodes, see make_plan.
+constexpr double growth = 4.0;
 
 /// The same motion with another arc before it.
 Plan with_first(ArcPlan arc, Plan plan) {
   plan.arcs.insert(plan.arcs.begin(), std::move(arc));
+  return plan;
+}
+
+/// A motion that ends in flight with a contact arc after it.
+Plan with_last_contact(Plan plan, const std::vector<double>& parameters) {
+  const double mu = parameters[mu_place], gravity = parameters[gravity_place];
+  const double growth_of_friction = std::abs(parameters[beta_place]) * gravity * gravity;
+  plan.arcs.push_back({ArcKind::contact, newborn_contact, {}});
+  plan.eta_end = newborn_contact * std::cos(plan.theta_end) * (1.0 + mu * mu) / (6.0 * growth_of_friction);
   return plan;
 }
 
@@ -23,12 +38,14 @@ Plan without_first(Plan plan) {
 }  // namespace
 
 std::vector<Successor> arc_changes(const Scene& scene, const Junction& at) {
-  if (!scene.slope) return {};
-  const Plan plan = plan_of(at.problem, at.y);
+  const Plan plan = with_new_nodes(plan_of(at.problem, at.y), at.shot, growth);
   const auto successor = [&](const Plan& next, const std::string& opening, double size) {
     return std::vector<Successor>{{make_problem(scene, next), unknowns(scene, next), opening, size}};
   };
   const std::string& name = at.shot.guards()[at.zeros.front()].name;
+  if (name == end_switching)
+    return successor(with_last_contact(plan, at.parameters), length_of_arc(plan.arcs.size()), newborn_contact);
+  if (!scene.slope) return {};
   if (name == start_force)
     return successor(with_first({ArcKind::ballistic, newborn_flight, {}}, plan), length_of_arc(0), newborn_flight);
   if (name == start_switching)

@@ -1,5 +1,7 @@
 #include "curvature/plan.hpp"
 
+#include <costate/trajectory.hpp>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -47,9 +49,9 @@ Sample junction(const Sample& a, const Sample& b) {
 }
 
 /// Largest rate in ω at which backward integration amplifies a disturbance of (θ, η, n).
-double growth_rate(const FieldOf<ContactArc>& field, const Eigen::VectorXd& constants, const Sample& at) {
+double growth_rate(const Field& field, const Eigen::VectorXd& constants, double theta, double eta, double n) {
   Eigen::MatrixXd whole(4, 4);
-  if (!field.jacobian(0.0, Eigen::Vector4d(0.0, at.theta, at.eta, at.n), constants, whole)) return 0.0;
+  if (!field.jacobian(0.0, Eigen::Vector4d(0.0, theta, eta, n), constants, whole)) return 0.0;
   return std::max(0.0, -whole.bottomRightCorner<3, 3>().eval().eigenvalues().real().minCoeff());
 }
 
@@ -67,7 +69,7 @@ ArcPlan contact_plan(const std::vector<Sample>& samples, const Eigen::VectorXd& 
     from_end += stretch(i);
     const Sample& at = samples[i - 1];
     if (at.n <= 0.0 || at.eta <= 0.0) continue;
-    amplified += stretch(i) * growth_rate(field, constants, at);
+    amplified += stretch(i) * growth_rate(field, constants, at.theta, at.eta, at.n);
     if (amplified < std::log(growth)) continue;
     arc.nodes.push_back({from_end / arc.length, at.theta, at.eta, at.n});
     amplified = 0.0;
@@ -109,6 +111,29 @@ Plan make_plan(const ScaledScene& scene, const Transcribed& motion, double growt
   plan.log_speed_ratio = motion.nodes.back().log_v;
   plan.eta_end = end.eta;
   plan.slope_end = (lambda_y * cosine - lambda_x * sine) / (lambda_x * cosine + lambda_y * sine);
+  return plan;
+}
+
+Plan with_new_nodes(Plan plan, const Shot& shot, double growth) {
+  constexpr int cells = 50;  // of a segment
+  for (ArcPlan& arc : plan.arcs) arc.nodes.clear();
+  std::vector<double> amplified(plan.arcs.size(), 0.0);
+  for (const ArcRecord& record : shot.arcs()) {  // from the end of the motion to its start
+    const auto i = static_cast<std::size_t>(record.arc);
+    ArcPlan& arc = plan.arcs.at(i);
+    if (arc.kind != ArcKind::contact || record.state.size() != ContactArc::states) continue;
+    const Trajectory path =
+        Flow(*record.field).record(record.t0, record.t1, record.state, record.quadrature, record.parameter);
+    for (int j = 1; j <= cells; ++j) {
+      const double omega = std::lerp(record.t0, record.t1, static_cast<double>(j) / cells);
+      const Eigen::VectorXd at = path.at(omega);
+      amplified[i] += std::abs(record.t1 - record.t0) / cells *
+                      growth_rate(*record.field, record.parameter, at[1], at[2], at[3]);
+      if (amplified[i] < std::log(growth) || -omega >= arc.length) continue;
+      arc.nodes.push_back({-omega / arc.length, at[1], at[2], at[3]});
+      amplified[i] = 0.0;
+    }
+  }
   return plan;
 }
 

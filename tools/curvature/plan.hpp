@@ -14,4 +14,8 @@ namespace costate::curvature {
 /// lie where it changes, found by interpolation.
 [[nodiscard]] Plan make_plan(const ScaledScene& scene, const Transcribed& motion, double growth = 50.0);
 
+/// A plan with the nodes of its contact arcs placed anew, by the same rule, along the arcs as they were integrated: `shot` is an evaluation of the
+/// plan's problem.
+[[nodiscard]] Plan with_new_nodes(Plan plan, const Shot& shot, double growth);
+
 }  // namespace costate::curvature

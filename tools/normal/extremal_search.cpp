@@ -230,18 +230,15 @@ std::vector<Arrival> arrivals(const Family& family, const Scene& scene) {
 Side side_of(double sign) { return sign > 0.0 ? Side::left : Side::right; }
 
 RoughExtremal rough_extremal(const Family& family, const Arrival& arrival) {
-  std::vector<double> unknowns{family.theta2()};
-  Structure backward;
+  Chain chain{.theta2 = family.theta2(), .arcs = {}};
   for (std::size_t i = 0; i <= arrival.arc; ++i) {
     const Arc& arc = family.arcs()[i];
-    backward.push_back({.turn = side_of(arc.turn)});
-    unknowns.push_back(std::log(i == arrival.arc ? std::abs(arrival.tau - arc.from) : arc.length));
-    if (i == arrival.arc) break;
-    unknowns.push_back(std::log(std::abs(arc.jump)));
-    backward.back().jump = side_of(arc.jump);
+    const bool first = i == arrival.arc;
+    chain.arcs.insert(chain.arcs.begin(), {.shape = {.turn = side_of(arc.turn), .jump = first ? Side::left : side_of(arc.jump)},
+                                           .turn = first ? std::abs(arrival.tau - arc.from) : arc.length,
+                                           .jump = first ? 0.0 : std::abs(arc.jump)});
   }
-  return {Structure(backward.rbegin(), backward.rend()),
-          Eigen::Map<const Eigen::VectorXd>(unknowns.data(), static_cast<Eigen::Index>(unknowns.size())), arrival.time};
+  return {chain.structure(), unknowns(chain), arrival.time};
 }
 
 /// The search over θ₂. The points at the wanted distance, v₀ wanted there, form a continuous front as θ₂ varies, also where

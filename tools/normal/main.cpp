@@ -2,6 +2,7 @@
 #include "common/branch_run.hpp"
 #include "common/command_line.hpp"
 #include "common/output.hpp"
+#include "corner_changes.hpp"
 #include "normal_scene.hpp"
 
 using namespace costate;
@@ -56,6 +57,7 @@ int main(int argc, char** argv) {
                                        .heading = [&] { return heading_of(scene); },
                                        .solve = solve,
                                        .start = [&](const tools::Outcome&) { return normal_friction::branch_start(scene); },
+                                       .restructure = [&](const Junction& at) { return normal_friction::corner_changes(scene, at); },
                                        .options = options},
                                       line);
     }

@@ -177,8 +177,9 @@ enum ScenePlace : std::size_t { x_place, y_place, speed_place, mu_place, beta_pl
 /// defaults. \throws BadInput for a problem of another model, or a vector of another size.
 [[nodiscard]] Plan plan_of(const Problem& problem, const Eigen::VectorXd& y);
 
-/// Names of the guards (see Guard): h/g at the ends of a motion in contact there, μ λv v − λθ in flight at the start and
-/// μ − λθ/(λv v) in flight at the end, in units of v_f and g; and the length of every arc, the first being 0.
+/// Names of the guards (see Guard), in units of v_f and g: h/g at the ends of a motion in contact there (at the start by the length of the
+/// arc, if another follows); in flight (μ λv v − λθ)/(duration) at the start and μ − λθ/(λv v) at the end; and the length of every
+/// arc, counted from 0.
 inline constexpr const char* start_force = "normal force at the start";
 inline constexpr const char* start_switching = "mu lambda_v v - lambda_theta at the start";
 inline constexpr const char* end_force = "normal force at the end";

@@ -128,6 +128,11 @@ struct SlopePoint {
   [[nodiscard]] S speed_ratio() const { return d / q; }
   /// dt/dθ / v_f.
   [[nodiscard]] S slowness() const { return gamma / (q * q); }
+  /// α, σ and κ of H + 1 as a function of the slope here, see BestSlope.
+  [[nodiscard]] Vec<S, 3> hamiltonian(const Push<S>& push, const S& theta2) const {
+    const S ratio = speed_ratio(), lambda = lambda_v();
+    return {ratio * cos(theta2) + lambda * push.x, ratio * sin(theta2) + lambda * push.y, lambda * push.cubic};
+  }
 };
 
 /// An arc as it is integrated, over σ ∈ [0, 1], τ = τ₁ + Δ (1 − σ): no state, w = (t, x, y, ∫ cos³θ ds),
@@ -159,11 +164,27 @@ struct ArcShape {
 };
 using Structure = std::vector<ArcShape>;
 
+/// An arc with its size: |Δ|, and how far the slope has jumped at the corner before it, rad.
+struct ArcSpan {
+  ArcShape shape;
+  double turn = 0.0, jump = 0.0;
+};
+
+/// An extremal but for its scale: the slope at its end, and its arcs in order of time.
+struct Chain {
+  double theta2 = 0.0;
+  std::vector<ArcSpan> arcs;
+  [[nodiscard]] Structure structure() const;
+};
+
 /// The shooting problem of a scene for a given structure: one arc, or several with corners between. Unknowns: theta2,
-/// log_turn = ln |Δ| of the last arc, then for each corner from the last to the first log_jump and log_turn of the arc
-/// before it. Rows: the end across the linear part (px, py) of f, in units of the chord; the energy v_f² − v₀² = 2 (px a +
+/// log_turn = ln |Δ| of the last arc, then for each corner from the last to the first its jump and log_turn of the arc
+/// before it; the first arc, which may vanish at the start, has its turn itself. Rows: the end across the linear part (px, py) of f, in units of the chord; the energy v_f² − v₀² = 2 (px a +
 /// py b + cubic ∫ cos³θ ds), which stands for the end along it and knows v_f to all digits where it is small; at each corner
-/// the ratios of v and of λv across it less 1, divided by the jump, with which they vanish. Reports: final_time, lambda_x,
+/// that v and λv are continuous, in a form that is regular where the jump vanishes. Guards: the jump at every corner and the turn of the first
+/// of several arcs; the least −H_θθ of every arc; and by how much H at the start is higher than at its other local maximum, over the
+/// turn of the first of several arcs, with which it vanishes. (Inside, away from the corners, only path checks compare H with its other
+/// maxima.) Reports: final_time, lambda_x,
 /// lambda_y, lambda_v0, theta1, theta2, v_f; t1, t2, … of the corners.
 ///
 /// Friction that is not linear can make H have two maxima. Where an arc in one piece would pass a stretch with Γ/q < 0, the
@@ -173,6 +194,20 @@ using Structure = std::vector<ArcShape>;
 /// The parameter `nonlinearity` (1 in the scene) draws a straight path from a problem in closed form: at 0, f(θ) is replaced
 /// by the x cos θ + y sin θ that agrees with it, in value and slope, at the inclination of the chord.
 [[nodiscard]] std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure = {{}});
+
+/// The unknowns of a problem with the structure of a chain, and what unknowns of a problem of this model say of its arcs. \throws BadInput for
+/// a problem of another model, or a vector of another size.
+[[nodiscard]] Eigen::VectorXd unknowns(const Chain& chain);
+[[nodiscard]] Chain chain_of(const Problem& problem, const Eigen::VectorXd& y);
+
+/// The part of its turn that is left on an arc, τ = left + turn · part, where −H_θθ = Γ/q is least: in [0, 1].
+[[nodiscard]] double weakest_part(const Push<double>& push, double theta2, double left, double turn);
+
+/// Names of the guards; arcs and corners are counted from 0 and 1, as reports are.
+[[nodiscard]] std::string jump_at_corner(std::size_t i);
+[[nodiscard]] std::string curvature_of_arc(std::size_t i);
+inline constexpr const char* turn_of_first_arc = "turn of arc 1";
+inline constexpr const char* lead_at_start = "H at the start less its other maximum";
 
 /// Parameter values of a scene, as the problem orders them.
 [[nodiscard]] std::vector<double> parameters(const Scene& scene, double nonlinearity = 1.0);
