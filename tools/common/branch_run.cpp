@@ -20,9 +20,9 @@ class Follower {
   explicit Follower(const VariedScene& scene) : scene_(scene), variation_(scene.variation) {}
 
   VariedOutcome run() {
-    const double began = thread_seconds();
+    began_ = thread_seconds();
     if (const auto start = first()) follow(*start);
-    result_.cost.seconds = thread_seconds() - began;
+    result_.cost.seconds = thread_seconds() - began_;
     return std::move(result_);
   }
 
@@ -117,8 +117,11 @@ class Follower {
       Branch branch = trace_from(start);
       verify(branch);
       if (branch.reached || branch.points.empty()) return finish(branch);
-      const auto again = branch.exhausted || back_at_start(branch) || restarts == most_restarts ? std::nullopt
-                                                                                                : beyond(branch);
+      // Looking for where to take it up again costs scenes solved from themselves alone; that must not take for ever.
+      constexpr double most_seconds = 5.0;
+      const bool ends = branch.exhausted || back_at_start(branch) || restarts == most_restarts ||
+                        thread_seconds() - began_ > most_seconds;
+      const auto again = ends ? std::nullopt : beyond(branch);
       if (!again) return finish(branch);
       refused_.reset();
       last_fold_.reset();
@@ -359,6 +362,7 @@ class Follower {
 
   const VariedScene& scene_;
   const Variation& variation_;
+  double began_ = 0.0;               ///< CPU time at the start of the run
   double begin_ = 0.0, goal_ = 0.0;  ///< of the part of the branch that is being followed
   double distance_ = 1e-4;           ///< to the next place at which the branch is taken up again, by the whole range
   int unknown_ = 0;                  ///< steps that could not be solved to the accuracy
