@@ -14,6 +14,13 @@
 
 namespace costate::test {
 
+/// The arcs of a problem: F free, C saturated, B boundary.
+inline std::string letters(const Problem& problem) {
+  std::string text;
+  for (const std::string& arc : problem.structure()) text += arc == "free" ? 'F' : arc == "saturated" ? 'C' : 'B';
+  return text;
+}
+
 /// What is wrong with a solution, or nothing. Lengths in units of L, times of L/c₁, turned left; `tolerance` is that of the checks.
 inline std::string disk_objection(const disk::Scene& scene, const Solution& solution, double tolerance) {
   const double L = scene.radius / std::sqrt(6.0), T = L / scene.speed;

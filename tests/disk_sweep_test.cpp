@@ -22,12 +22,6 @@ std::string describe(const disk::Scene& scene) {
                      scene.friction.value_or(0.0));
 }
 
-std::string letters(const Problem& problem) {
-  std::string text;
-  for (const std::string& arc : problem.structure()) text += arc == "free" ? 'F' : arc == "saturated" ? 'C' : 'B';
-  return text;
-}
-
 /// x_f, y_f evenly in [−0.5, 3], φ_f in [0.3, 3], k_f/F_max in [0.7, 1.1]; r = √6, c₁ = 1.
 TEST(DiskSweep, ScenesAreSolvedOrRefusedWithAReason) {
   std::mt19937_64 engine(20250612);

@@ -60,7 +60,7 @@ std::optional<Tracer::Incident> Tracer::first_incident(const CurvePoint& next) {
   // Where the unknowns run away as the parameter nears a limit, its component of the tangent falls to rounding, and so does
   // its sign.
   const double before = here_.tangent.tail(1)[0], after = next.tangent.tail(1)[0];
-  const bool turns = (after < 0.0) != (before < 0.0) && std::max(std::abs(before), std::abs(after)) > level;
+  const bool turns = turns_back(next) && std::max(std::abs(before), std::abs(after)) > level;
   std::optional<Incident> first;
   for (Eigen::Index i = 0; i < next.guards.size(); ++i) {
     if (next.guards[i] >= 0.0) continue;
@@ -74,9 +74,12 @@ std::optional<Tracer::Incident> Tracer::first_incident(const CurvePoint& next) {
   return first;
 }
 
+bool Tracer::turns_back(const CurvePoint& next) const {
+  return (next.tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0);
+}
+
 bool Tracer::entangled(const CurvePoint& next) const {
-  const bool turns = (next.tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0);
-  return turns && (next.guards.array() < 0.0).any() && (next.u - here_.u).norm() > separable;
+  return turns_back(next) && (next.guards.array() < 0.0).any() && (next.u - here_.u).norm() > separable;
 }
 
 /// The value to land on that lies between the present point and an incident, if there is one.
@@ -88,8 +91,7 @@ std::optional<CurvePoint> Tracer::landing_before(const Incident& incident) {
   auto point = curve_->correct(predicted, {.kind = Constraint::Kind::parameter, .value = *landing}, here_.tangent,
                                corrector());
   // A point that is beyond the incident all the same would meet it again.
-  const bool beyond = point && ((point->guards.array() < 0.0).any() ||
-                                (point->tangent.tail(1)[0] < 0.0) != (here_.tangent.tail(1)[0] < 0.0));
+  const bool beyond = point && ((point->guards.array() < 0.0).any() || turns_back(*point));
   return beyond ? std::nullopt : point;
 }
 

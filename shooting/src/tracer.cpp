@@ -192,7 +192,7 @@ Tracer::Step Tracer::arrive(const CurvePoint& point) {
 }
 
 Tracer::Step Tracer::end(std::string message) {
-  branch_.message = fmt::format("the branch ends at {} = {:.12g}: {}", curve_->problem().parameters()[curve_->place()].name,
+  branch_.message = fmt::format("the branch ends at {} = {:.12g}: {}", curve_->parameter_name(),
                                 branch_.points.empty() ? from_ : branch_.points.back().parameter, message);
   return Step::done;
 }

@@ -51,6 +51,8 @@ class Tracer {
 
   [[nodiscard]] std::optional<double> next_landing(double from, double to) const;
   [[nodiscard]] std::optional<Incident> first_incident(const CurvePoint& next);
+  /// Does the parameter run the other way at a point than at the present one?
+  [[nodiscard]] bool turns_back(const CurvePoint& next) const;
   /// Do a fold and a zero lie in one step, so that a shorter one is wanted to tell them apart?
   [[nodiscard]] bool entangled(const CurvePoint& next) const;
   [[nodiscard]] std::optional<CurvePoint> landing_before(const Incident& incident);

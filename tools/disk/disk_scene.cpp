@@ -128,10 +128,7 @@ Solution solve_limited(const Scene& scene, const Solution& free, double F_max, c
   const Restructure restructure = [&](const Junction& at) { return arc_changes(scene, at); };
   const Branch branch = trace(make_problem(start, {{ArcKind::free}}), parameters(start), free.y, "friction", *scene.friction,
                               {.tolerance = 1e-10, .max_points = 300, .max_integration_steps = 400000}, restructure);
-  cost.steps += branch.cost.steps;
-  cost.rhs_evaluations += branch.cost.rhs_evaluations;
-  cost.sensitivity_evaluations += branch.cost.sensitivity_evaluations;
-  cost.newton_iterations += branch.cost.newton_iterations;
+  cost.add(branch.cost);
   Solution solution;
   if (!branch.reached) {
     solution.message = fmt::format(

@@ -17,13 +17,6 @@ namespace {
 
 using tools::Outcome;
 
-void add_cost(Cost& sum, const Cost& cost) {
-  sum.steps += cost.steps;
-  sum.rhs_evaluations += cost.rhs_evaluations;
-  sum.sensitivity_evaluations += cost.sensitivity_evaluations;
-  sum.newton_iterations += cost.newton_iterations;
-}
-
 /// An extremal of a scene, solved, with its focal points.
 struct Extremal {
   Solution solution;
@@ -47,7 +40,7 @@ class SceneSolver {
 
   void add(std::vector<Extremal>& all, const Guess& guess) {
     Solution found = solve(make_problem(scene_, guess), unknowns(guess), options_);
-    add_cost(cost_, found.cost);
+    cost_.add(found.cost);
     if (!found.solved()) {
       failure_ = found.message;
       return;
@@ -145,8 +138,7 @@ class Fold {
     for (int leg = 0; leg < most_legs; ++leg) {
       const Branch branch = trace(make_problem(at(beta), guess), parameters(at(beta)), unknowns(guess), "beta", scene_.beta,
                                   {.tolerance = 1e-10, .through_folds = false, .max_points = 200, .max_steps = 600});
-      cost_.steps += branch.cost.steps;
-      cost_.newton_iterations += branch.cost.newton_iterations;
+      cost_.add(branch.cost);
       if (branch.points.empty()) return std::nullopt;
       if (!branch.events.empty() && branch.events.back().kind == EventKind::fold)
         return branch.events.back().point.parameter;
