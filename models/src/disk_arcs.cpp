@@ -181,8 +181,8 @@ Jet DiskProblem::guard(const GuardPlace& place, const Jet& friction, const Ancho
     return anchor.along(at.phi) - at.lambda_phi * at.V / (arc.turn * sqrt(1.0 - at.V * at.V, "1 - V^2/c1^2"));
   };
   // A free arc takes Ω = λφ through zero, which Ω² would only touch.
-  const auto turning = [&](const ChainPoint& at, std::optional<ArcKind> neighbour) {
-    return neighbour == ArcKind::free ? arc.turn * at.lambda_phi : 1.0 - at.V * at.V;
+  const auto turning = [&](const ChainPoint& at, const ArcType* neighbour) {
+    return is(neighbour, ArcKind::free) ? arc.turn * at.lambda_phi : 1.0 - at.V * at.V;
   };
   const auto left = [&](const Jet& Omega) { return (limit - lambda * Omega * Omega) / limit; };
   switch (place.kind) {
@@ -191,9 +191,9 @@ Jet DiskProblem::guard(const GuardPlace& place, const Jet& friction, const Ancho
     case GuardKind::friction_inside: return passes_zero(anchor, ends, d.value) ? left(1.0) : Jet(1.0);
     // From a free arc G starts at 0, and is of the order of the duration squared at the end of the motion.
     case GuardKind::switching_at_start:
-      return -arc.sign * (beyond(place.arc, +1) == ArcKind::free ? ends.begin.G / (d * d) : G(ends.begin));
+      return -arc.sign * (is(beyond(place.arc, +1), ArcKind::free) ? ends.begin.G / (d * d) : G(ends.begin));
     case GuardKind::switching_at_end:
-      return arc.sign * (beyond(place.arc, -1) == ArcKind::free ? ends.end.G / (d * d) : G(ends.end));
+      return arc.sign * (is(beyond(place.arc, -1), ArcKind::free) ? ends.end.G / (d * d) : G(ends.end));
     case GuardKind::acceleration_at_start: return arc.sign * ends.begin.acceleration;
     case GuardKind::acceleration_at_end: return arc.sign * ends.end.acceleration;
     case GuardKind::turning_at_start: return turning(ends.begin, before(place.arc, +1));

@@ -98,10 +98,9 @@ void DiskProblem::name_everything(const Scene& scene) {
   for (std::size_t i = 0; i < values.size(); ++i) parameters_.push_back({names[i].first, names[i].second, values[i]});
 }
 
-/// The arc after `i` in the given direction, if any.
-std::optional<ArcKind> DiskProblem::beyond(std::size_t i, int direction) const {
-  if (direction > 0) return i + 1 < arcs_.size() ? std::optional(kind(i + 1)) : std::nullopt;
-  return i > 0 ? std::optional(kind(i - 1)) : std::nullopt;
+const ArcType* DiskProblem::beyond(std::size_t i, int direction) const {
+  if (direction > 0) return i + 1 < arcs_.size() ? &arcs_[i + 1] : nullptr;
+  return i > 0 ? &arcs_[i - 1] : nullptr;
 }
 
 void DiskProblem::name_far_rows(std::size_t i, int direction) {
@@ -109,8 +108,8 @@ void DiskProblem::name_far_rows(std::size_t i, int direction) {
   const char* side = direction > 0 ? "end" : "start";
   rows_.push_back({fmt::format("arc {} {}: switching function S = 0", i + 1, side)});
   const auto next = beyond(i, direction);
-  if (next == ArcKind::free) rows_.push_back({fmt::format("arc {} {}: V = A on the free side", i + 1, side)});
-  if (next == ArcKind::boundary) rows_.push_back({fmt::format("arc {} {}: V' = 0 at the boundary arc", i + 1, side)});
+  if (is(next, ArcKind::free)) rows_.push_back({fmt::format("arc {} {}: V = A on the free side", i + 1, side)});
+  if (is(next, ArcKind::boundary)) rows_.push_back({fmt::format("arc {} {}: V' = 0 at the boundary arc", i + 1, side)});
 }
 
 Anchor DiskProblem::start_anchor(Shot& shot, const Scaled<Jet>& scene, std::size_t& next_row) const {
@@ -175,8 +174,8 @@ void DiskProblem::advance(Shot& shot, const Scaled<Jet>& scene, const Anchor& an
 Jet DiskProblem::departure(const Scaled<Jet>& scene, std::size_t i, int direction, const ChainPoint& at) const {
   const auto from = before(i, direction);
   // From a boundary arc V' starts at 0, and Duffing's equation itself takes V off it.
-  if (from == ArcKind::boundary) return 0.0;
-  if (from == ArcKind::free) {
+  if (is(from, ArcKind::boundary)) return 0.0;
+  if (is(from, ArcKind::free)) {
     const Jet V2 = at.V * at.V;
     return arcs_[i].sign * sqrt(scene.friction * scene.friction - V2 * (1.0 - V2), "(k g)^2 - (V Omega)^2 at a junction");
   }
@@ -194,7 +193,7 @@ void DiskProblem::advance_saturated(Shot& shot, const Scaled<Jet>& scene, const 
   const auto previous = before(i, direction);
   SwitchingStart<Jet> from(anchor.along(at.phi), V1, turning(V1, arcs_[i]), at.lambda_phi);
   from.switching = 0.0;                                                          // by construction of every junction
-  if (anchor_.kind == ArcKind::free && previous == ArcKind::free) from.G = 0.0;  // likewise: V = A, λφ = Ω
+  if (anchor_.kind == ArcKind::free && is(previous, ArcKind::free)) from.G = 0.0;  // likewise: V = A, λφ = Ω
   start.field = &saturated_;
   start.state = {at.phi, 0.0, departure(scene, i, direction, at), at.lambda_phi};
   start.parameter = {anchor.lambda_x, anchor.lambda_y, V1, scale, arcs_[i].turn};
@@ -206,12 +205,12 @@ void DiskProblem::advance_saturated(Shot& shot, const Scaled<Jet>& scene, const 
   at.G = from.G + scale * end.quadrature[2];
 
   // S begins with slope −V' G, which vanishes where the arc leaves a free or a boundary one.
-  const bool sloping = !previous || previous == ArcKind::saturated;
+  const bool sloping = previous == nullptr || is(previous, ArcKind::saturated);
   const Jet S = from.at(end.state[1], end.quadrature[2], end.quadrature[3], scale);
   shot.row(next_row++, S / (sloping ? d : d * d));
   const auto next = beyond(i, direction);
-  if (next == ArcKind::free) shot.row(next_row++, at.V - anchor.along(at.phi));
-  if (next == ArcKind::boundary) shot.row(next_row++, end.state[2]);
+  if (is(next, ArcKind::free)) shot.row(next_row++, at.V - anchor.along(at.phi));
+  if (is(next, ArcKind::boundary)) shot.row(next_row++, end.state[2]);
 }
 
 void DiskProblem::report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anchor, const ChainPoint& left,

@@ -90,9 +90,10 @@ class DiskProblem final : public Problem {
 
  private:
   [[nodiscard]] ArcKind kind(std::size_t i) const { return arcs_[i].kind; }
-  /// The arc after `i`, or before it, in the given direction, if any.
-  [[nodiscard]] std::optional<ArcKind> beyond(std::size_t i, int direction) const;
-  [[nodiscard]] std::optional<ArcKind> before(std::size_t i, int direction) const { return beyond(i, -direction); }
+  /// The arc after `i`, or before it, in the given direction; null if there is none.
+  [[nodiscard]] const ArcType* beyond(std::size_t i, int direction) const;
+  [[nodiscard]] const ArcType* before(std::size_t i, int direction) const { return beyond(i, -direction); }
+  [[nodiscard]] static bool is(const ArcType* arc, ArcKind kind) { return arc != nullptr && arc->kind == kind; }
   [[nodiscard]] const Jet& duration(const Shot& shot, std::size_t i) const {
     return shot.unknown(unknowns_.size() - arcs_.size() + i);
   }
