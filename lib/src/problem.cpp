@@ -14,4 +14,10 @@ Eigen::Index Problem::place_of(const std::string& unknown) const {
   throw BadInput(fmt::format("the problem has no unknown '{}'; it has {}", unknown, known));
 }
 
+Eigen::VectorXd Problem::start() const {
+  Eigen::VectorXd y(static_cast<Eigen::Index>(unknowns_.size()));
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) y[static_cast<Eigen::Index>(i)] = unknowns_[i].guess;
+  return y;
+}
+
 }  // namespace costate

@@ -278,4 +278,9 @@ Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& st
   return solve(shooting, start, options);
 }
 
+Solution solve(std::shared_ptr<const Problem> problem, const SolveOptions& options) {
+  const Eigen::VectorXd start = problem->start();
+  return solve(std::move(problem), start, options);
+}
+
 }  // namespace costate

@@ -14,6 +14,7 @@ struct Unknown {
   double scale = 1.0;                                        ///< a typical magnitude
   double lower = -std::numeric_limits<double>::infinity();  ///< a root with a value at or beyond a limit is no solution
   double upper = std::numeric_limits<double>::infinity();
+  double guess = 0.0;  ///< where a solve starts that is given no other start
 };
 
 /// One equation of the shooting problem, R = 0.
@@ -70,6 +71,13 @@ class Problem {
 
   /// Place of a named unknown. \throws BadInput if there is none of that name.
   [[nodiscard]] Eigen::Index place_of(const std::string& unknown) const;
+
+  /// The guesses of the unknowns.
+  [[nodiscard]] Eigen::VectorXd start() const;
+
+  /// A guess of an arc's integrated state, n values, at a fraction 0 … 1 of the way from its t0 to its t1. With it a solve can put
+  /// nodes of multiple shooting on an arc before it can integrate it. Nothing: the arc is integrated from the unknowns.
+  [[nodiscard]] virtual std::optional<Eigen::VectorXd> state_guess(int /*arc*/, double /*fraction*/) const { return {}; }
 
   /// The shooting function: reads unknowns and parameters, integrates arcs, sets every row, reports results.
   virtual void shoot(Shot& shot) const = 0;

@@ -37,6 +37,9 @@ struct SolveOptions {
 [[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& start,
                              const SolveOptions& options = {});
 
+/// The same from the guesses the problem states for its unknowns.
+[[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const SolveOptions& options = {});
+
 /// The same on an existing Shooting, whose integrators and parameters are used.
 [[nodiscard]] Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options = {});
 
