@@ -278,6 +278,13 @@ TEST(Staircase, NamesAnEmptyColumnOrRow) {
   }
 }
 
+TEST(Staircase, EntriesThatAreZeroAreNone) {
+  const VectorXd ones = VectorXd::Ones(2);
+  const Staircase staircase({{{0, 1.0}, {1, 0.0}}, {{0, 0.0}, {1, 0.0}}}, Staircase::Layout{1, {1}}, ones, ones);
+  EXPECT_EQ(staircase.empty_row(), 1);
+  EXPECT_EQ(staircase.empty_column(), 1);
+}
+
 // Two unknowns, or two rows, that say the same. The singular vectors are (1, -1)/√2 there; they are found as well as rounding lets
 // the smallest singular value, ε, be told from the next, 1/κ of the rest: blurred by N ε κ.
 TEST(Staircase, NamesWhatCannotBeToldApart) {
