@@ -148,8 +148,9 @@ std::vector<ExtremalProblem::Condition> ExtremalProblem::conditions(std::size_t 
     case ArcKind::mixed:
       if (a == ArcKind::interior) return {switching_after};
       if (a == ArcKind::bang && b == ArcKind::bang) return {bangs};
-      if (held(a)) return {continuous_u};
-      return all;
+      if (!held(a)) return all;
+      if (before.side == 0 || after.side == 0) break;
+      return {before.side == after.side ? continuous_u : bangs};
   }
   throw BadInput(
       fmt::format("nothing marks the junction between arc {} '{}' and arc {} '{}': state a row for it with junction()",
@@ -165,10 +166,13 @@ void ExtremalProblem::state_junctions() {
       junction.multiplier = unknowns_.size();
       junction.multipliers = static_cast<std::size_t>(multipliers);
       const std::string& name = s_.constraints[static_cast<std::size_t>(constraint)].name;
+      // A multiplier is a jump of costates, over a gradient.
+      double scale = 1.0;
+      for (std::size_t i = 0; i < n_; ++i) scale = std::max(scale, costate_scale(i));
       for (std::size_t i = 0; i < junction.multipliers; ++i) {
         const double guess = i < guesses.size() ? guesses[i] : 0.0;
-        add_unknown({fmt::format("{}multiplier of {}{}", i == 0 ? "" : "second ", name, at), std::max(1.0, std::abs(guess)),
-                     0.0, infinity, guess});
+        add_unknown({fmt::format("{}multiplier of {}{}", i == 0 ? "" : "second ", name, at),
+                     std::max(scale, std::abs(guess)), 0.0, infinity, guess});
       }
       add_row(name + at);
       if (rows > 1) add_row(fmt::format("rate of {}{}", name, at));
@@ -290,7 +294,7 @@ std::vector<PathCheck> ExtremalProblem::check(const ArcPoint& point, const std::
     checks.push_back({"{H1, {H0, H1}} (Kelley)", nonnegative, values.kelley / size});
   }
   if (kind == ArcKind::boundary || kind == ArcKind::mixed) {
-    checks.push_back({"multiplier along " + arc.name, nonnegative, values.multiplier / size});
+    checks.push_back({"multiplier of the arc " + arc.name, nonnegative, values.multiplier / size});
   }
   for (std::size_t i = 0; i < s_.constraints.size(); ++i) {
     const double c = s_.constraints[i].constraint->value(x);

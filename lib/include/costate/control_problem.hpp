@@ -104,9 +104,18 @@ class ControlProblem {
       const MayerPoint<M, double> at(x);
       return (*limit)(W::own_states(at.state), Vec<double, 1>{u[0]}, W::own_parameters(at.parameter));
     });
-    mixed_.emplace_back(std::move(name), [limit](const ControlProblem& of) {
-      return of.arc_of(ArcKind::mixed, MixedLaw<W, C>{limit, of.model_, of.search()});
-    });
+    mixed_.push_back(
+        {std::move(name),
+         [limit](const ControlProblem& of) {
+           return of.arc_of(ArcKind::mixed, MixedLaw<W, C>{limit, of.model_, of.search()});
+         },
+         [limit](const ControlProblem& of) {
+           using D = Dual<double, 1>;
+           const MayerPoint<M, D> at(of.probe(probes[1]));
+           const Vec<D, 1> u{D::variable(of.search().start[0], 0)};
+           const double slope = MixedLaw<W, C>{limit, of.model_, {}}.constraint(at.state, u, at.parameter).gradient[0];
+           return slope > 0.0 ? 1 : slope < 0.0 ? -1 : 0;
+         }});
     return *this;
   }
 
@@ -186,7 +195,7 @@ class ControlProblem {
     }
     for (const PendingArc& arc : arcs_) {
       if (arc.constraint.empty()) {
-        s.arcs.push_back({arc.name, arc.make(*this), arc.known});
+        s.arcs.push_back({.name = arc.name, .arc = arc.make(*this), .known = arc.known, .side = arc.side});
       } else {
         s.arcs.push_back(boundary_arc(arc, s));
       }
@@ -208,23 +217,29 @@ class ControlProblem {
     std::function<std::shared_ptr<const StateConstraint>(const ControlProblem&)> make;
     std::function<std::shared_ptr<const ExtremalArc>(const ControlProblem&, int order)> arc;
   };
+  struct StatedMixed {
+    std::string name;
+    MakeArc arc;
+    std::function<int(const ControlProblem&)> side;
+  };
   struct PendingArc {
     std::string name;
     Arc known;
     MakeArc make;
     std::string constraint;
+    int side;
   };
   struct PendingJunction {
     std::string touch;
     ExtremalStatement::Junction stated;
   };
 
-  ControlProblem& add(std::string name, const Arc& known, MakeArc make, std::string constraint = {}) {
-    arcs_.push_back({std::move(name), known, std::move(make), std::move(constraint)});
+  ControlProblem& add(std::string name, const Arc& known, MakeArc make, std::string constraint = {}, int side = 0) {
+    arcs_.push_back({std::move(name), known, std::move(make), std::move(constraint), side});
     return *this;
   }
   ControlProblem& bang(bool upper, const Arc& known) {
-    return add(upper ? "upper" : "lower", known, [upper](const ControlProblem& of) {
+    const auto make = [upper](const ControlProblem& of) {
       for (const auto& [name, control] : of.s_.controls) {
         if (!(upper ? control.upper : control.lower)) {
           throw BadInput("an arc is at the " + std::string(upper ? "upper" : "lower") + " bound of " + name +
@@ -232,7 +247,8 @@ class ControlProblem {
         }
       }
       return of.arc_of(ArcKind::bang, BoundLaw<W>{upper});
-    });
+    };
+    return add(upper ? "upper" : "lower", known, make, {}, upper ? 1 : -1);
   }
   PendingJunction& pending_junction() {
     if (arcs_.empty()) throw BadInput("touch() and junction() stand between two arcs, not before the first");
@@ -312,21 +328,25 @@ class ControlProblem {
     for (std::size_t i = 0; i < s.constraints.size(); ++i) {
       if (s.constraints[i].name == name) return static_cast<int>(i);
     }
-    throw BadInput("no state constraint '" + name + "' is stated");
+    throw BadInput("no constraint '" + name + "' is stated that can be touched or followed there");
   }
   [[nodiscard]] ExtremalStatement::PlacedArc boundary_arc(const PendingArc& arc, const ExtremalStatement& s) const {
-    for (const auto& [name, make] : mixed_) {
-      if (name == arc.constraint) return {arc.name, make(*this), arc.known};
+    for (const StatedMixed& c : mixed_) {
+      if (c.name == arc.constraint)
+        return {.name = arc.name, .arc = c.arc(*this), .known = arc.known, .side = c.side(*this)};
     }
     const int place = place_of(arc.constraint, s);
     const auto i = static_cast<std::size_t>(place);
-    return {arc.name, constraints_[i].arc(*this, s.constraints[i].order), arc.known, place};
+    return {.name = arc.name,
+            .arc = constraints_[i].arc(*this, s.constraints[i].order),
+            .known = arc.known,
+            .constraint = place};
   }
 
   W model_;
   ExtremalStatement s_;
   std::vector<StatedConstraint> constraints_;
-  std::vector<std::pair<std::string, MakeArc>> mixed_;
+  std::vector<StatedMixed> mixed_;
   std::vector<PendingArc> arcs_;
   std::vector<PendingJunction> junctions_;
 };

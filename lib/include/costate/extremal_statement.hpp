@@ -9,7 +9,8 @@
 ///
 /// Rows at a junction at time t, for one control. The control of an arc is *held* where a bound or a constraint fixes it.
 /// - between an interior arc and a held one: H_u = 0 with the held control (H is continuous there too, but to second order);
-/// - between two bangs: (H(u⁻) − H(u⁺))/(u⁻ − u⁺) = 0; where a mixed constraint is met by another held control: u⁻ = u⁺;
+/// - between two held controls: (H(u⁻) − H(u⁺))/(u⁻ − u⁺) = 0, but u⁻ = u⁺ where one and the same side is held by a bound and a mixed
+///   constraint, or two of these, in turn;
 /// - a singular arc begins: H_u = 0 and d/dt H_u = 0; it ends where the arc after it begins, without a row;
 /// - an arc along a state constraint of order r begins: c = … = c^(r−1) = 0, and H_u(λ⁻) = 0 with the control of the boundary
 ///   unless the arc before is singular; λ⁺ = λ⁻ + Σ πᵢ ∂c^(i)/∂q with the multipliers πᵢ ≥ 0 as unknowns (indirect adjoining; that the sign
@@ -69,6 +70,7 @@ struct ExtremalStatement {
     std::shared_ptr<const ExtremalArc> arc;
     Arc known;
     int constraint = -1;  ///< place of a boundary arc's constraint
+    int side = 0;         ///< 1 where what holds the control bounds it from above, −1 from below, 0 if that is not known
   };
   struct Junction {
     int touched = -1;         ///< place of a constraint touched
