@@ -27,8 +27,6 @@ std::string joined(const std::vector<std::string>& names) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-std::vector<RowScalar> constants(const std::vector<double>& values) { return {values.begin(), values.end()}; }
-
 template <class T>
 void append_to(std::vector<T>& all, const std::vector<T>& more) {
   all.insert(all.end(), more.begin(), more.end());
@@ -115,8 +113,8 @@ class TwoPoint::Assembled final : public Problem {
       if (!p.known) unknowns_.push_back({p.name, p.scale, p.lower, p.upper, p.guess});
     }
     if (of_.free_end_) {
-      unknowns_.push_back({.name = *of_.free_end_, .scale = of_.end_scale_, .lower = nodes_[nodes_.size() - 2],
-                           .guess = nodes_.back()});
+      unknowns_.push_back(
+          {.name = *of_.free_end_, .scale = of_.end_scale_, .lower = nodes_[nodes_.size() - 2], .guess = nodes_.back()});
     }
     for (const Condition& condition : of_.conditions_) rows_.push_back({condition.name, condition.scale});
   }
@@ -141,8 +139,13 @@ class TwoPoint::Assembled final : public Problem {
     }
     if (of_.free_end_) t.back() = shot.unknown(unknown);
     for (std::size_t i = 0; i < fields_.size(); ++i) {
-      y.push_back(shot.arc({.arc = static_cast<int>(i), .field = fields_[i], .t0 = t[i], .t1 = t[i + 1], .state = y[i],
-                            .parameter = p}).state);
+      y.push_back(shot.arc({.arc = static_cast<int>(i),
+                            .field = fields_[i],
+                            .t0 = t[i],
+                            .t1 = t[i + 1],
+                            .state = y[i],
+                            .parameter = p})
+                      .state);
     }
     for (std::size_t i = 0; i < of_.states_.size(); ++i) {
       if (of_.states_[i].end) shot.row(row++, y.back()[i] - shot.parameter(known++));
@@ -237,7 +240,8 @@ class TwoPoint::Assembled final : public Problem {
   }
 
   TwoPoint of_;
-  std::vector<double> nodes_;  ///< a, the ends of the pieces and the points of interior rows, ascending; the last may be a guess
+  std::vector<double>
+      nodes_;  ///< a, the ends of the pieces and the points of interior rows, ascending; the last may be a guess
   std::vector<const Field*> fields_;  ///< of the arc that begins at each node
 };
 
@@ -303,9 +307,10 @@ std::shared_ptr<const Problem> TwoPoint::shared() const {
   }
   for (const Row& row : problem->rows()) rows.push_back(row.name);
   if (unknowns.size() != rows.size()) {
-    throw BadInput(fmt::format("the problem has {} unknowns ({}) and {} conditions ({}) that could determine them: admissible "
-                               "are as many conditions as unknowns",
-                               unknowns.size(), joined(unknowns), rows.size(), joined(rows)));
+    throw BadInput(
+        fmt::format("the problem has {} unknowns ({}) and {} conditions ({}) that could determine them: admissible "
+                    "are as many conditions as unknowns",
+                    unknowns.size(), joined(unknowns), rows.size(), joined(rows)));
   }
   if (unknowns.empty()) throw BadInput("the problem has no unknowns: every start value and every parameter is given");
   problem->try_rows();
@@ -316,8 +321,8 @@ void TwoPoint::check_points() const {
   for (const double point : points_) check_finite("point", point);
   for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
     if (!(points_[i] < points_[i + 1])) {
-      throw BadInput(fmt::format("point {} = {} is not admissible: above the one before it, {}", i + 1, points_[i + 1],
-                                 points_[i]));
+      throw BadInput(
+          fmt::format("point {} = {} is not admissible: above the one before it, {}", i + 1, points_[i + 1], points_[i]));
     }
   }
   for (const Condition& condition : conditions_) {
@@ -334,8 +339,9 @@ void TwoPoint::check_states() const {
   if (static_cast<int>(states_.size()) != states_wanted_) {
     std::vector<std::string> names;
     for (const NamedState& state : states_) names.push_back(state.name);
-    throw BadInput(fmt::format("the right-hand side has {} states, described are {} ({}): admissible is one .state() for each",
-                               states_wanted_, states_.size(), joined(names)));
+    throw BadInput(
+        fmt::format("the right-hand side has {} states, described are {} ({}): admissible is one .state() for each",
+                    states_wanted_, states_.size(), joined(names)));
   }
   for (const NamedState& state : states_) {
     check_scale(state.name, state.scale);
@@ -349,16 +355,17 @@ void TwoPoint::check_parameters() const {
   if (static_cast<int>(parameters_.size()) != parameters_wanted_) {
     std::vector<std::string> names;
     for (const NamedParameter& p : parameters_) names.push_back(p.name);
-    throw BadInput(fmt::format("the right-hand side has {} parameters, described are {} ({}): admissible is one .parameter() or "
-                               ".unknown_parameter() for each",
-                               parameters_wanted_, parameters_.size(), joined(names)));
+    throw BadInput(
+        fmt::format("the right-hand side has {} parameters, described are {} ({}): admissible is one .parameter() or "
+                    ".unknown_parameter() for each",
+                    parameters_wanted_, parameters_.size(), joined(names)));
   }
   for (const NamedParameter& p : parameters_) {
     check_finite(p.known ? p.name : "guess of " + p.name, p.guess);
     check_scale(p.name, p.scale);
     if (!(p.guess > p.lower && p.guess < p.upper)) {
-      throw BadInput(fmt::format("guess of {} = {} is not admissible: between its limits {} and {}", p.name, p.guess, p.lower,
-                                 p.upper));
+      throw BadInput(fmt::format("guess of {} = {} is not admissible: between its limits {} and {}", p.name, p.guess,
+                                 p.lower, p.upper));
     }
   }
 }

@@ -34,6 +34,8 @@ concept RightHandSide = requires(const F f, double t, Vec<double, F::states> y, 
   { f.rates(t, y, p) } -> std::same_as<Vec<double, F::states>>;
 };
 
+[[noreturn]] void throw_outside(std::size_t place, std::size_t size);
+
 /// Values a condition is stated on, numbered from 0.
 template <class S>
 class Values {
@@ -50,7 +52,6 @@ class Values {
   const S* first_;
   std::size_t size_;
 };
-[[noreturn]] void throw_outside(std::size_t place, std::size_t size);
 
 /// What a boundary row is stated on: y(a), y(b), p and the two ends.
 template <class S>
@@ -81,7 +82,7 @@ struct TwoPointState {
 /// A parameter to be found.
 struct FreeParameter {
   double guess = 0.0;
-  double scale = 1.0;  ///< a typical magnitude, above 0
+  double scale = 1.0;                                       ///< a typical magnitude, above 0
   double lower = -std::numeric_limits<double>::infinity();  ///< a root with a value at or beyond a limit is no solution
   double upper = std::numeric_limits<double>::infinity();
 };
@@ -111,7 +112,8 @@ class TwoPoint {
   /// A condition g = 0: `g` is a generic lambda on a Boundary<S> that returns an S. `scale` is the magnitude of what cancels.
   TwoPoint& row(std::string name, std::function<RowScalar(const Boundary<RowScalar>&)> g, double scale = 1.0);
   /// A condition g = 0 at an interior point: `g` is a generic lambda on an Interior<S>.
-  TwoPoint& row_at(std::string name, double point, std::function<RowScalar(const Interior<RowScalar>&)> g, double scale = 1.0);
+  TwoPoint& row_at(std::string name, double point, std::function<RowScalar(const Interior<RowScalar>&)> g,
+                   double scale = 1.0);
 
   /// A guess of the solution, t → y(t) (n values). Without it: linear between the values at the ends, fixed or guessed.
   TwoPoint& guess(std::function<std::vector<double>(double)> y);
