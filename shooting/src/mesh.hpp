@@ -11,7 +11,7 @@
 namespace costate {
 
 struct MeshOptions {
-  double growth = 1e3;      ///< bound for one segment
+  double growth = 1e3;      ///< bound for one segment; the smaller, the more Newton's method can linearise
   int max_segments = 4000;  ///< of all arcs together
 };
 

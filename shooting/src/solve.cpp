@@ -1,6 +1,5 @@
-#include "damped.hpp"
+#include "approach.hpp"
 #include "diagnosis.hpp"
-#include "mesh.hpp"
 #include "opinions.hpp"
 #include "verify.hpp"
 
@@ -20,12 +19,6 @@ constexpr double tightest_solve = 2e-14;   // below this the multistep formulas 
 constexpr double tightest_verify = 1e-15;  // the least relative tolerance CVODES takes
 constexpr double tolerance_per_accuracy = 1e-3;
 constexpr double verify_factor = 0.02;
-
-FlowOptions flow_options(const SolveOptions& options, double tolerance) {
-  return {.tolerance = {.relative = tolerance, .absolute = tolerance},
-          .method = options.method,
-          .max_steps = options.max_steps};
-}
 
 /// Ratio of an error bound to what is wanted: absolute up to 1, relative above; infinite for a number that is none.
 double excess(const Quantity& quantity, double accuracy) {
@@ -50,7 +43,10 @@ void check_options(const SolveOptions& options) {
 class Solver {
  public:
   Solver(Shooting& shooting, const SolveOptions& options)
-      : shooting_(shooting), options_(options), before_(shooting.statistics()) {
+      : shooting_(shooting),
+        options_(options),
+        before_(shooting.statistics()),
+        approach_(shooting, options_, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
     solution_.problem = shooting.shared_problem();
     solution_.parameters = shooting.parameters();
   }
@@ -58,7 +54,7 @@ class Solver {
   Solution run(const Eigen::VectorXd& start) {
     const double began = thread_seconds();
     point_ = start;
-    climb();
+    approach_.run(point_);
     if (refine()) verify();
     solution_.y = point_.head(shooting_.border());
     solution_.nodes = static_cast<int>(shooting_.node_sizes().size());
@@ -71,70 +67,11 @@ class Solver {
   }
 
  private:
-  /// From the guess to the basin of quadratic convergence, at a loose tolerance: cheap steps while they are long. Where the
-  /// looseness itself is in the way (an unstable arc amplifies it) the guess is left to the tight tolerance.
-  void climb() {
-    const double tolerance = std::max(1e-6, tolerance_per_accuracy * options_.accuracy);
-    shooting_.set_flow_options(flow_options(options_, tolerance));
-    shooting_.set_mesh({});
-    check_well_posed(shooting_, point_);
-    const Eigen::VectorXd start = point_;
-    try {
-      apply(mesh_along_guess(shooting_, start, {}), shooting_, point_);
-    } catch (const LeftDomain&) {
-      // Where the arcs cannot be sketched there is nothing to put nodes on.
-    }
-    if (!shooting_.cuts().empty()) {
-      if (globalise()) return;
-      shooting_.set_mesh({});
-      point_ = start;
-    }
-    if (!near_root(newton(tolerance).termination)) point_ = start;
-  }
-
-  /// Damped Newton steps; segments that cannot be integrated on the way are cut, and all are if no step helps.
-  bool globalise() {
-    constexpr int rounds = 40;
-    MeshOptions mesh;
-    for (int round = 0; round < rounds; ++round) {
-      const DampedResult result = damped_newton(shooting_, point_, {});
-      solution_.cost.newton_iterations += result.iterations;
-      if (result.converged) return thin();
-      try {
-        if (result.blocked) {
-          apply(split(shooting_, point_, *result.blocked), shooting_, point_);
-          continue;
-        }
-        mesh.growth = std::sqrt(mesh.growth);
-        if (mesh.growth < 2.0) return false;
-        apply(remesh(shooting_, point_, mesh), shooting_, point_);
-      } catch (const LeftDomain&) {
-        return false;
-      }
-    }
-    return false;
-  }
-
-  /// Nodes that a converged solution does not need are dropped.
-  bool thin() {
-    try {
-      apply(remesh(shooting_, point_, {}), shooting_, point_);
-    } catch (const LeftDomain&) {
-      // Then the nodes stay as they are.
-    }
-    return true;
-  }
-
-  /// May the iterate be a root whose residual only drowns in the noise of the integration?
-  static bool near_root(Termination termination) {
-    return termination == Termination::converged || termination == Termination::small_step ||
-           termination == Termination::stalled;
-  }
-
   bool not_converged(const NewtonResult& result) {
     solution_.message = fmt::format("not converged: {} after {} Newton iterations", describe(result.termination),
                                     result.iterations);
     if (!result.message.empty()) solution_.message += fmt::format(" ({})", result.message);
+    if (!approach_.reason().empty()) solution_.message += fmt::format("; before that: {}", approach_.reason());
     try {
       const Shot& shot = shooting_.evaluate(point_);
       solution_.message += fmt::format("; worst rows: {}", worst_rows(shooting_, shooting_.residual(shot)));
@@ -198,9 +135,7 @@ class Solver {
     if (cut_) return false;
     cut_ = true;
     try {
-      if (largest_growth(shooting_, point_) <= MeshOptions{}.growth) return false;
-      apply(remesh(shooting_, point_, {}), shooting_, point_);
-      return true;
+      return largest_growth(shooting_, point_) > MeshOptions{}.growth && approach_.cut_by_growth(point_, {});
     } catch (const LeftDomain&) {
       return false;
     }
@@ -208,15 +143,7 @@ class Solver {
 
   NewtonResult newton(double tolerance) {
     shooting_.set_flow_options(flow_options(options_, tolerance));
-    const NewtonOptions newton{.residual_tolerance = 10.0 * tolerance,
-                               .step_tolerance = 1e-15,
-                               .max_step = options_.max_step * std::sqrt(static_cast<double>(shooting_.size())),
-                               .max_iterations = options_.max_iterations,
-                               .line_search = options_.line_search};
-    const NewtonResult result =
-        Kinsol(shooting_.size()).solve(shooting_, point_, shooting_.unknown_scales(), shooting_.row_scales(), newton);
-    solution_.cost.newton_iterations += result.iterations;
-    return result;
+    return kinsol(shooting_, point_, options_, solution_.cost);
   }
 
   /// One Newton correction from a tighter integration, a second opinion on it, and from both the error bounds.
@@ -286,6 +213,7 @@ class Solver {
   Shooting& shooting_;
   SolveOptions options_;
   Statistics before_;
+  Approach approach_;
   bool cut_ = false;       ///< where the arcs grow, for the sake of accuracy
   Eigen::VectorXd point_;  ///< unknowns of the problem, then the nodes
   Solution solution_;
@@ -299,7 +227,7 @@ double thread_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options) {
+Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& start, const SolveOptions& options) {
   check_options(options);
   if (start.size() != shooting.border()) {
     throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.border()));
@@ -308,7 +236,8 @@ Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOpti
   return Solver(shooting, options).run(start);
 }
 
-Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& start, const SolveOptions& options) {
+Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Eigen::VectorXd>& start,
+               const SolveOptions& options) {
   Shooting shooting(std::move(problem));
   return solve(shooting, start, options);
 }

@@ -50,8 +50,8 @@ class Staircase {
   /// x of Aᵀ x = right. Not finite if a pivot is exactly 0.
   [[nodiscard]] Eigen::VectorXd solve_transposed(const Eigen::VectorXd& right) const;
 
-  /// Is a pivot |Rⱼⱼ| no more than the rounding errors of its column of S (or not a number)? A matrix may be singular to working
-  /// precision without; that shows in condition().
+  /// Is a pivot |Rⱼⱼ| no more than the rounding errors of its column of S, or not a number? Sufficient only: a matrix may be singular
+  /// to working precision without such a pivot, and then condition() is of the order of 1/ε.
   [[nodiscard]] bool singular() const { return singular_; }
   /// 2-norm condition number of S, from power iterations on SᵀS and its inverse: a lower bound, close because both run until they
   /// stand still. Infinite if singular().
