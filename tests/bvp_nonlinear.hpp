@@ -150,6 +150,7 @@ struct Problem32 {
     return {y[1], y[2], y[3], p[0] * (y[1] * y[2] - y[0] * y[3])};
   }
   static std::array<Ends, 4> ends(double) { return {Ends{0.0, 1.0}, {0.0, 0.0}, {open, open}, {open, open}}; }
+  static std::array<double, 4> scales(double) { return {1.0, 1.0, 10.0, 10.0}; }
 };
 
 /// Flow between discs that rotate against each other: ε f'''' + f f''' + g g' = 0, ε g'' + f g' − f' g = 0. The solution is odd about

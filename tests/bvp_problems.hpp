@@ -5,6 +5,7 @@
 
 #include "bvp_nonlinear.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ concept HasExact = requires {
   P::exact(0.5, 0.1);
 };
 
-/// y'' = second(x, y, y'; ε) as a system.
+/// y'' = second(x, y, y'; ε) as a system. Where the parameter is ε, slopes are of the order of those in a layer of width ε.
 template <class P>
 struct SecondOrder : P {
   static constexpr int states = 2, parameters = 1;
@@ -33,6 +34,7 @@ struct SecondOrder : P {
     }
     return {Ends{y[0], y[1]}, {open, open}};
   }
+  static std::array<double, 2> scales(double epsilon) { return {1.0, std::max(1.0, 1.0 / epsilon)}; }
 };
 
 template <class P>
@@ -52,7 +54,11 @@ TwoPoint statement(double epsilon) {
   using F = System<P>;
   TwoPoint problem(F{}, F::a, F::b);
   const auto ends = F::ends(epsilon);
-  for (std::size_t i = 0; i < ends.size(); ++i) problem.state(F::names[i], {.start = ends[i].first, .end = ends[i].second});
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    double scale = 1.0;
+    if constexpr (requires { F::scales(epsilon); }) scale = F::scales(epsilon)[i];
+    problem.state(F::names[i], {.start = ends[i].first, .end = ends[i].second, .scale = scale});
+  }
   return problem.parameter("epsilon", epsilon);
 }
 

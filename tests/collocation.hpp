@@ -216,16 +216,19 @@ class Collocation {
   std::vector<std::pair<int, double>> start_, end_;
 };
 
-/// A mesh of as many cells on which every component changes by about as much from node to node, with a part that is uniform; the
+/// A mesh of as many cells, a third of them spread evenly and the others where the components change; the
 /// values are carried over linearly.
 inline Grid adapted(const Grid& grid, int cells) {
   const Vector range = (grid.y.rowwise().maxCoeff() - grid.y.rowwise().minCoeff()).cwiseMax(1e-12L);
   const Real length = grid.x.back() - grid.x.front();
-  std::vector<Real> mass{0.0L};
-  for (std::size_t i = 1; i < grid.x.size(); ++i) {
-    const auto c = static_cast<Eigen::Index>(i);
-    const Real change = (grid.y.col(c) - grid.y.col(c - 1)).cwiseAbs().cwiseQuotient(range).sum();
-    mass.push_back(mass.back() + change + (grid.x[i] - grid.x[i - 1]) / length);
+  std::vector<Real> change{0.0L};
+  for (Eigen::Index c = 1; c < grid.y.cols(); ++c) {
+    change.push_back(change.back() + (grid.y.col(c) - grid.y.col(c - 1)).cwiseAbs().cwiseQuotient(range).sum());
+  }
+  const Real total = change.back() > 0.0L ? change.back() : 1.0L;
+  std::vector<Real> mass;
+  for (std::size_t i = 0; i < grid.x.size(); ++i) {
+    mass.push_back(change[i] / total + 0.5L * (grid.x[i] - grid.x.front()) / length);
   }
   Grid next{{}, Matrix(grid.y.rows(), cells + 1)};
   for (int i = 0; i <= cells; ++i) {
