@@ -22,8 +22,9 @@ Hunt::Outcome Hunt::follow(const Eigen::VectorXd& start) {
                                               .max_iterations = options_.solve.max_iterations});
   iterations_ += result.iterations;
   if (!result.converged() && result.termination != Termination::small_step) return {.termination = result.termination};
+  const int orientation = system_.orientation(y);
   for (std::size_t i = 0; i < roots_.size(); ++i) {
-    if (near(y, roots_[i])) return met(i);
+    if (near(y, orientation, roots_[i])) return met(i);
   }
   Solution solution = solve(shooting_, y, options_.solve);
   iterations_ += solution.cost.newton_iterations;
@@ -34,7 +35,7 @@ Hunt::Outcome Hunt::follow(const Eigen::VectorXd& start) {
       if (same(solution, roots_[i].solution)) return met(i);
     }
   }
-  roots_.push_back({std::move(solution)});
+  roots_.push_back({std::move(solution), orientation});
   return {.root = std::ssize(roots_) - 1, .fresh = true};
 }
 
@@ -43,7 +44,8 @@ Hunt::Outcome Hunt::met(std::size_t place) {
   return {.root = static_cast<std::ptrdiff_t>(place)};
 }
 
-bool Hunt::near(const Eigen::VectorXd& y, const Root& root) const {
+bool Hunt::near(const Eigen::VectorXd& y, int orientation, const Root& root) const {
+  if (orientation != root.orientation) return false;
   const Eigen::VectorXd& other = root.solution.y;
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     if (!(std::abs(y[i] - other[i]) <= options_.same * std::max(scales_[i], std::abs(other[i])))) return false;

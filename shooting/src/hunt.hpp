@@ -29,8 +29,8 @@ struct HuntOptions {
   SolveOptions solve;       ///< for roots not met before
   double tolerance = 1e-6;  ///< of the integrations that follow a start
   long max_steps = 1000;    ///< of these, per arc
-  /// A start that arrives within this scaled distance of a root met before has found that root. Farther away it is solved, and
-  /// the error bounds of the two decide.
+  /// A start that arrives within this scaled distance of a root met before, with the same sign of det J, has found that root. Else it
+  /// is solved, and the error bounds of the two decide.
   double same = 1e-5;
 };
 
@@ -39,6 +39,7 @@ class Hunt {
   /// A root met, with what solving it gave: a solution, refused, or failed if it is a root of the loose integration alone.
   struct Root {
     Solution solution;
+    int orientation = 0;  ///< sign of det J where the first start arrived
     int hits = 1;
   };
   /// Where a start led: to a root (its place), or nowhere.
@@ -56,7 +57,7 @@ class Hunt {
   [[nodiscard]] Cost cost() const;
 
  private:
-  [[nodiscard]] bool near(const Eigen::VectorXd& y, const Root& root) const;
+  [[nodiscard]] bool near(const Eigen::VectorXd& y, int orientation, const Root& root) const;
   [[nodiscard]] static bool same(const Solution& a, const Solution& b);
   Outcome met(std::size_t place);
 

@@ -160,4 +160,17 @@ Eigen::VectorXd DenseShooting::correction(const Eigen::VectorXd& r) {
   return -factors_.solve(r).cwiseProduct(unknown_scales_);
 }
 
+int DenseShooting::orientation(const Eigen::VectorXd& y) {
+  try {
+    residual(y);
+  } catch (const LeftDomain&) {
+    return 0;
+  }
+  if (!linearize()) return 0;
+  // The sign alone: a product of pivots could overflow.
+  int sign = static_cast<int>(factors_.permutationP().determinant());
+  for (const double pivot : factors_.matrixLU().diagonal()) sign *= pivot > 0.0 ? 1 : pivot < 0.0 ? -1 : 0;
+  return sign;
+}
+
 }  // namespace costate

@@ -63,6 +63,8 @@ class DenseShooting final : public NewtonSystem {
   Eigen::VectorXd residual(const Eigen::VectorXd& y) override;
   bool linearize() override;
   Eigen::VectorXd correction(const Eigen::VectorXd& r) override;
+  /// Sign of det J at y, 0 if J is not defined there. Two roots that merge in a fold have opposite ones.
+  [[nodiscard]] int orientation(const Eigen::VectorXd& y);
 
  private:
   Shooting& shooting_;

@@ -59,7 +59,8 @@ struct Search {
 };
 
 /// Starts damped Newton iterations all over the box at a loose tolerance and solves each root not met before to the accuracy. Two
-/// roots are the same if no unknown differs by more than the error bounds of the two (or by 10⁻⁵ scale before they are known).
+/// roots are the same if no unknown differs by more than the error bounds of the two. (Starts that arrive within 10⁻⁵ scale of a root
+/// on the same side of det J = 0 are counted there without being solved.)
 /// \throws BadInput for options out of range, or a cost that the problem does not report.
 [[nodiscard]] Search find_extremals(std::shared_ptr<const Problem> problem, const SearchOptions& options = {});
 
