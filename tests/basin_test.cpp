@@ -1,7 +1,7 @@
 /// From how many of 200 random guesses a solve arrives at a verified extremal, on two problems in their plainest formulation.
 #include "basin_problems.hpp"
 
-#include <costate/shooting/search.hpp>
+#include <costate/shooting/solve.hpp>
 
 #include <gtest/gtest.h>
 
@@ -24,16 +24,15 @@ Basin basin_of(const std::shared_ptr<const Problem>& problem) {
   const auto uniform = [&](double a, double b) { return a + (b - a) * (static_cast<double>(engine()) / 4294967296.0); };
   Basin basin;
   for (int i = 0; i < 200; ++i) {
-    Shooting shooting(problem);
-    Eigen::VectorXd guess(shooting.size());
+    Eigen::VectorXd guess = problem->start();
     guess[0] = uniform(0.5, 6.0);
     for (Eigen::Index j = 1; j < guess.size(); ++j) guess[j] = uniform(-1.0, 1.0);
-    const MultiStart result = multi_start(shooting, guess);
-    basin.seconds += result.solution.cost.seconds;
-    if (!result.solution.solved()) continue;
+    const Solution result = solve(problem, guess, {.random = RandomStarts{}});
+    basin.seconds += result.cost.seconds;
+    if (!result.solved()) continue;
     ++basin.solved;
     if (result.starts == 1) ++basin.at_first;
-    basin.final_times.push_back(result.solution.final_time());
+    basin.final_times.push_back(result.final_time());
   }
   return basin;
 }
