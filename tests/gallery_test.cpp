@@ -257,6 +257,21 @@ TEST(GalleryPages, AreTestedAndShort) {
   EXPECT_EQ(found, known);
 }
 
+class PendulumPage : public GalleryProgram {
+ protected:
+  PendulumPage() : GalleryProgram("pendulum") {}
+};
+
+TEST_F(PendulumPage, ListsAllSwingsAndRefusesTheFastest) {
+  const std::string out = run({}).out;
+  const auto count = [&out](const std::regex& what) {
+    return std::distance(std::sregex_iterator(out.begin(), out.end(), what), std::sregex_iterator());
+  };
+  EXPECT_EQ(count(std::regex("extremal, [0-9]+ hits\n")), 5) << out;
+  EXPECT_EQ(count(std::regex("refused: J = [^\n]*, u (above its lower|below its upper) bound is -0\\.0")), 0) << out;
+  EXPECT_EQ(count(std::regex("refused: J = [^\n]* u (above its lower|below its upper) bound is -0\\.0")), 2) << out;
+}
+
 class FailingPage : public GalleryProgram {
  protected:
   FailingPage() : GalleryProgram(failing) {}

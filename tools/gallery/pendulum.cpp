@@ -1,7 +1,7 @@
 // Hamilton's principle as a control problem with many extremals: a pendulum is at the bottom at t = 0 and again at t = T.
 //   minimise ∫ (½ u² + cos x) dt,   x' = u,   x(0) = x(T) = 0,   T = 10,   |u| ≤ 1.9.
 // Extremals swing to and fro, x'' = −sin x: n half swings of modulus k take 2n K(k) = T, for n = 1, 2, 3 to either side, and there is
-// rest. The fastest, n = 1, break the bound and are refused. J = 8n E(k) − (3 − 2k²) T in closed form.
+// rest; from |x'(0)| = 2 on it turns over and does not come back. The fastest, n = 1, break the bound and are refused. J = 8n E(k) − (3 − 2k²) T in closed form.
 #include <costate/costate.hpp>
 
 #include <cstdio>
@@ -23,7 +23,7 @@ struct Pendulum {
 int main() {
   ControlProblem problem(Pendulum{});
   problem.state("x", {.start = 0.0, .end = 0.0}).control("u", {.lower = -1.9, .upper = 1.9}).final_time(10.0).interior();
-  const Search search = find_extremals(problem.shared(), {.starts = 200, .box = {{-2.2, 2.2}}});
+  const Search search = find_extremals(problem.shared(), {.starts = 200, .box = {{-2.0, 2.0}}});
   for (const Extremal& extremal : search.extremals) {
     std::printf("extremal, %d hits\n", extremal.hits);
     print(extremal.solution);
