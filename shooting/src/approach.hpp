@@ -33,6 +33,9 @@ class Approach {
 
  private:
   bool from_start(const Start& start, Eigen::VectorXd& point);
+  [[nodiscard]] bool stays_whole(const Start& start);
+  bool cut_along(const Start& start, Eigen::VectorXd& point);
+  bool whole(const Start& start, Eigen::VectorXd& point);
   bool globalise(Eigen::VectorXd& point, int rounds);
   bool follow_homotopy(const Start& start, Eigen::VectorXd& point);
   bool follow_step(Eigen::VectorXd& point, const std::vector<double>& target, const std::vector<double>& path);
