@@ -28,7 +28,8 @@ Basin basin_of(const std::shared_ptr<const Problem>& problem) {
     Eigen::VectorXd guess(shooting.size());
     guess[0] = uniform(0.5, 6.0);
     for (Eigen::Index j = 1; j < guess.size(); ++j) guess[j] = uniform(-1.0, 1.0);
-    const MultiStart result = multi_start(shooting, guess);
+    // A seed of its own for every guess, else one lucky draw would serve them all.
+    const MultiStart result = multi_start(shooting, guess, {}, {.seed = static_cast<unsigned>(i + 1)});
     basin.seconds += result.solution.cost.seconds;
     if (!result.solution.solved()) continue;
     ++basin.solved;

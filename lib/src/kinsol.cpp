@@ -23,16 +23,35 @@ const char* describe(Termination termination) {
   return "unknown";
 }
 
+bool NonlinearSystem::factorise(const Eigen::VectorXd& y) {
+  Eigen::MatrixXd whole(size(), size());
+  jacobian(y, whole);
+  if (!whole.allFinite()) return false;
+  dense_.compute(whole);
+  return (dense_.matrixLU().diagonal().array() != 0.0).all();
+}
+
 struct Kinsol::Memory {
   explicit Memory(Eigen::Index n)
       : context(sundials::make_context()),
         y(owned(N_VNew_Serial(n, context.get()), "N_VNew_Serial")),
         y_weight(owned(N_VClone(y.get()), "N_VClone")),
         r_weight(owned(N_VClone(y.get()), "N_VClone")),
-        matrix(owned(SUNDenseMatrix(n, n, context.get()), "SUNDenseMatrix")),
-        linear(owned(SUNLinSol_Dense(y.get(), matrix.get(), context.get()), "SUNLinSol_Dense")),
+        matrix(owned(SUNMatNewEmpty(context.get()), "SUNMatNewEmpty")),
+        linear(owned(SUNLinSolNewEmpty(context.get()), "SUNLinSolNewEmpty")),
         residual(n),
-        jacobian(n, n) {
+        step(n) {
+    // To KINSOL the Jacobian is an opaque matrix with a direct solver: both stand for the system's own.
+    matrix->ops->getid = [](SUNMatrix) { return SUNMATRIX_CUSTOM; };
+    matrix->ops->zero = [](SUNMatrix) { return 0; };
+    linear->content = this;
+    linear->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    linear->ops->setup = [](SUNLinearSolver, SUNMatrix) { return 0; };
+    linear->ops->solve = solve;
+    linear->ops->free = [](SUNLinearSolver solver) {
+      SUNLinSolFreeEmpty(solver);
+      return 0;
+    };
     kinsol = KINCreate(context.get());
     if (kinsol == nullptr) throw InternalError("KINCreate returned no object");
     check(KINSetErrHandlerFn(kinsol, sundials::keep_message, &message), "KINSetErrHandlerFn");
@@ -64,13 +83,19 @@ struct Kinsol::Memory {
     }
     return flag;
   }
-  static int differentiate(N_Vector y, N_Vector, SUNMatrix j, void* data, N_Vector, N_Vector) {
+  static int differentiate(N_Vector y, N_Vector, SUNMatrix, void* data, N_Vector, N_Vector) {
     Memory& m = *static_cast<Memory*>(data);
     return m.gate.guarded([&] {
       m.point = view(y);
-      m.system->jacobian(m.point, m.jacobian);
-      Eigen::Map<Eigen::MatrixXd>(SUNDenseMatrix_Data(j), m.jacobian.rows(), m.jacobian.cols()) = m.jacobian;
-      return m.jacobian.allFinite();
+      return m.system->factorise(m.point);
+    });
+  }
+  static int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, realtype) {
+    Memory& m = *static_cast<Memory*>(solver->content);
+    return m.gate.guarded([&] {
+      m.system->solve(view(b), m.step);
+      view(x) = m.step;
+      return m.step.allFinite();
     });
   }
 
@@ -97,8 +122,7 @@ struct Kinsol::Memory {
   NonlinearSystem* system = nullptr;
   bool line_search = true;
   long evaluations = 0, most_evaluations = 0;
-  Eigen::VectorXd point, residual;
-  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd point, residual, step;
 };
 
 Kinsol::Kinsol(Eigen::Index size) : memory_(std::make_unique<Memory>(size)) {}

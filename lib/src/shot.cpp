@@ -82,6 +82,21 @@ class Seeding {
   bool by_column_ = true;
 };
 
+ArcRecord record_of(const ArcStart& start, const SegmentPlace& place) {
+  return {.arc = start.arc,
+          .place = place,
+          .field = start.field,
+          .t0 = start.t0.value,
+          .t1 = start.t1.value,
+          .clock = start.clock,
+          .time_quadrature = start.time_quadrature,
+          .state = values(start.state),
+          .quadrature = values(start.quadrature),
+          .parameter = values(start.parameter),
+          .end_state = {},
+          .constants = {}};
+}
+
 }  // namespace
 
 const char* describe(EventKind kind) {
@@ -108,26 +123,49 @@ Statistics FlowCache::statistics() const {
 }
 
 ArcEnd Shot::arc(const ArcStart& start) {
+  place_ = {calls_++, 0};
+  if (sketch_) return sketched(start);
   try {
-    return integrate(start);
+    if (cuts_ == nullptr || place_.call >= cuts_->size()) return integrate(start);
+    ArcStart segment = start;
+    const auto n = static_cast<std::size_t>(start.field->states());
+    const auto k = static_cast<std::size_t>(start.field->quadratures());
+    for (const double fraction : (*cuts_)[place_.call]) {
+      segment.t1 = start.t0 + fraction * (start.t1 - start.t0);
+      const ArcEnd end = integrate(segment);
+      segment.state = node(n);
+      segment.quadrature = node(k);
+      for (std::size_t i = 0; i < n; ++i) matches_.push_back(end.state[i] - segment.state[i]);
+      for (std::size_t i = 0; i < k; ++i) matches_.push_back(end.quadrature[i] - segment.quadrature[i]);
+      segment.t0 = segment.t1;
+      ++place_.segment;
+    }
+    segment.t1 = start.t1;
+    return integrate(segment);
   } catch (const LeftDomain& failure) {
     throw LeftDomain(fmt::format("arc {}: {}", start.arc + 1, failure.what()));
   }
 }
 
+std::vector<Jet> Shot::node(std::size_t count) {
+  const auto begin = nodes_.begin() + static_cast<std::ptrdiff_t>(next_node_);
+  next_node_ += count;
+  if (next_node_ > nodes_.size()) throw InternalError("an arc has more nodes than there are values for");
+  return {begin, begin + static_cast<std::ptrdiff_t>(count)};
+}
+
+ArcEnd Shot::sketched(const ArcStart& start) {
+  ArcRecord record = record_of(start, place_);
+  ArcEnd end{start.state, start.quadrature};
+  if (const auto guess = sketch_(start.arc)) end.state.assign(guess->begin(), guess->end());
+  record.end_state = values(end.state);
+  arcs_.push_back(std::move(record));
+  return end;
+}
+
 ArcEnd Shot::integrate(const ArcStart& start) {
   const Field& field = *start.field;
-  ArcRecord record{.arc = start.arc,
-                   .field = start.field,
-                   .t0 = start.t0.value,
-                   .t1 = start.t1.value,
-                   .clock = start.clock,
-                   .time_quadrature = start.time_quadrature,
-                   .state = values(start.state),
-                   .quadrature = values(start.quadrature),
-                   .parameter = values(start.parameter),
-                   .end_state = {},
-                   .constants = {}};
+  ArcRecord record = record_of(start, place_);
   // A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so the start time moves z₀ by −f(z₀).
   std::vector<Jet> state = start.state;
   std::vector<Jet> quadrature = start.quadrature;

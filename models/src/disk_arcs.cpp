@@ -225,7 +225,7 @@ Chain chain_of(const Problem& problem, const Shot& shot) {
     chain.lambda_y = record.constants[1];
     ArcSpan& arc = chain.arcs[static_cast<std::size_t>(record.arc)];
     arc.type = disk->arcs()[static_cast<std::size_t>(record.arc)];
-    arc.duration = std::abs(record.t1 - record.t0);
+    arc.duration += std::abs(record.t1 - record.t0);  // an arc may be cut
     const auto state = [&](const Eigen::VectorXd& z) -> ArcState {
       const double A = chain.along(z[0]);
       switch (arc.type.kind) {
@@ -237,8 +237,9 @@ Chain chain_of(const Problem& problem, const Shot& shot) {
       return {z[0], V, 0.0, (1.0 - A * V) / (arc.type.turn * std::sqrt(1.0 - V * V))};  // S = 0
     };
     const bool backward = record.t1 < record.t0;
-    arc.begin = state(backward ? record.end_state : record.state);
-    arc.end = state(backward ? record.state : record.end_state);
+    const bool first = record.place.segment == 0;
+    if (backward || first) arc.begin = state(backward ? record.end_state : record.state);
+    if (!backward || first) arc.end = state(backward ? record.state : record.end_state);
   }
   return chain;
 }

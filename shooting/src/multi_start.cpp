@@ -24,13 +24,13 @@ void check_options(const MultiStartOptions& options) {
   }
 }
 
-/// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem states.
+/// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem states. Where
+/// these are the same, the other centre is 0: the scales are typical magnitudes.
 class Around {
  public:
   Around(const Eigen::VectorXd& start, const Shooting& shooting, const MultiStartOptions& options)
-      : centers_{start, shooting.problem().start()},
-        scales_(shooting.unknown_scales()),
-        bounds_(Bounds::of(shooting.problem())),
+      : centers_{start, other_than(start, shooting.problem().start())},
+        unknowns_(shooting.problem().unknowns()),
         radius_(options.radius),
         uniform_(options.seed) {}
 
@@ -39,12 +39,13 @@ class Around {
     const double radius = std::ldexp(radius_, std::countr_zero(count_++ / 2 + 1));
     Eigen::VectorXd start(center.size());
     for (Eigen::Index i = 0; i < start.size(); ++i) {
-      const double reach = radius * scales_[i];
-      double lower = std::max(center[i] - reach, bounds_.lower[i]), upper = std::min(center[i] + reach, bounds_.upper[i]);
+      const Unknown& unknown = unknowns_[static_cast<std::size_t>(i)];
+      const double reach = radius * unknown.scale;
+      double lower = std::max(center[i] - reach, unknown.lower), upper = std::min(center[i] + reach, unknown.upper);
       // A centre so far outside a domain that the box misses it: as wide a piece of the domain at that end.
       if (lower >= upper) {
-        lower = std::max(bounds_.lower[i], std::min(lower, bounds_.upper[i] - 2.0 * reach));
-        upper = std::min(bounds_.upper[i], lower + 2.0 * reach);
+        lower = std::max(unknown.lower, std::min(lower, unknown.upper - 2.0 * reach));
+        upper = std::min(unknown.upper, lower + 2.0 * reach);
       }
       start[i] = uniform_(lower, upper);
     }
@@ -52,9 +53,12 @@ class Around {
   }
 
  private:
+  static Eigen::VectorXd other_than(const Eigen::VectorXd& start, const Eigen::VectorXd& guess) {
+    return guess == start ? Eigen::VectorXd::Zero(start.size()) : guess;
+  }
+
   std::array<Eigen::VectorXd, 2> centers_;
-  Eigen::VectorXd scales_;
-  Bounds bounds_;
+  const std::vector<Unknown>& unknowns_;
   double radius_;
   Uniform uniform_;
   unsigned count_ = 0;
@@ -65,8 +69,8 @@ class Around {
 MultiStart multi_start(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options,
                        const MultiStartOptions& multiple) {
   check_options(multiple);
-  if (start.size() != shooting.size()) {
-    throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.size()));
+  if (start.size() != shooting.border()) {
+    throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.border()));
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
   // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known again when it is met again.

@@ -1,10 +1,11 @@
+#include "approach.hpp"
+#include "diagnosis.hpp"
+#include "opinions.hpp"
 #include "verify.hpp"
 
 #include <costate/error.hpp>
 #include <costate/shooting/solve.hpp>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -19,25 +20,6 @@ constexpr double tightest_verify = 1e-15;  // the least relative tolerance CVODE
 constexpr double tolerance_per_accuracy = 1e-3;
 constexpr double verify_factor = 0.02;
 
-FlowOptions flow_options(const SolveOptions& options, double tolerance) {
-  return {.tolerance = {.relative = tolerance, .absolute = tolerance}, .method = options.method, .max_steps = options.max_steps};
-}
-
-/// The rows that are worst, by name: what a user needs to see of a failed solve.
-std::string worst_rows(const Shooting& shooting, const Eigen::VectorXd& residual) {
-  const auto& rows = shooting.problem().rows();
-  std::vector<std::size_t> order(rows.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const auto size = [&](std::size_t i) { return std::abs(residual[static_cast<Eigen::Index>(i)]) / rows[i].scale; };
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
-  std::string text;
-  for (std::size_t i = 0; i < std::min<std::size_t>(3, order.size()); ++i) {
-    text += fmt::format("{}{}: {:.2e}", i == 0 ? "" : ", ", rows[order[i]].name,
-                        residual[static_cast<Eigen::Index>(order[i])]);
-  }
-  return text;
-}
-
 /// Ratio of an error bound to what is wanted: absolute up to 1, relative above; infinite for a number that is none.
 double excess(const Quantity& quantity, double accuracy) {
   const double ratio = quantity.error_bound / (accuracy * std::max(1.0, std::abs(quantity.value)));
@@ -46,8 +28,8 @@ double excess(const Quantity& quantity, double accuracy) {
 
 void check_options(const SolveOptions& options) {
   if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
-    throw BadInput(fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy,
-                               coarsest_accuracy));
+    throw BadInput(
+        fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy, coarsest_accuracy));
   }
   if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
   if (options.max_iterations < 1) {
@@ -61,16 +43,20 @@ void check_options(const SolveOptions& options) {
 class Solver {
  public:
   Solver(Shooting& shooting, const SolveOptions& options)
-      : shooting_(shooting), options_(options), newton_(shooting.size()), before_(shooting.statistics()) {
+      : shooting_(shooting),
+        options_(options),
+        before_(shooting.statistics()),
+        approach_(shooting, options_, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
     solution_.problem = shooting.shared_problem();
     solution_.parameters = shooting.parameters();
   }
 
-  Solution run(const Eigen::VectorXd& start) {
+  Solution run(const Start& start) {
     const double began = thread_seconds();
-    solution_.y = start;
-    climb(start);
+    approach_.run(start, point_);
     if (refine()) verify();
+    solution_.y = point_.head(shooting_.border());
+    solution_.nodes = static_cast<int>(shooting_.node_sizes().size());
     const Statistics now = shooting_.statistics();
     solution_.cost.seconds = thread_seconds() - began;
     solution_.cost.steps = now.steps - before_.steps;
@@ -80,26 +66,17 @@ class Solver {
   }
 
  private:
-  /// From the guess to the basin of quadratic convergence, at a loose tolerance: cheap steps while they are long. Where the
-  /// looseness itself is in the way (an unstable arc amplifies it) the guess is left to the tight tolerance.
-  void climb(const Eigen::VectorXd& start) {
-    const NewtonResult result = newton(std::max(1e-6, tolerance_per_accuracy * options_.accuracy));
-    if (!near_root(result.termination)) solution_.y = start;
-  }
-
-  /// May the iterate be a root whose residual only drowns in the noise of the integration?
-  static bool near_root(Termination termination) {
-    return termination == Termination::converged || termination == Termination::small_step ||
-           termination == Termination::stalled;
-  }
-
   bool not_converged(const NewtonResult& result) {
     solution_.message = fmt::format("not converged: {} after {} Newton iterations", describe(result.termination),
                                     result.iterations);
     if (!result.message.empty()) solution_.message += fmt::format(" ({})", result.message);
+    if (!approach_.reason().empty()) solution_.message += fmt::format("; before that: {}", approach_.reason());
     try {
-      const Shot& shot = shooting_.evaluate(solution_.y);
+      const Shot& shot = shooting_.evaluate(point_);
       solution_.message += fmt::format("; worst rows: {}", worst_rows(shooting_, shooting_.residual(shot)));
+      const Staircase jacobian = shooting_.decompose(shot);
+      if (jacobian.condition() > 1e8)
+        solution_.message += fmt::format("; hardly determined: {}", weakest_direction(shooting_, jacobian));
     } catch (const LeftDomain&) {
       // The first guess itself is outside the domain: the message above says where.
     }
@@ -126,33 +103,46 @@ class Solver {
         }
       }
       if (reached <= 1.0) return true;
-      if (!std::isfinite(reached) || repeated) break;
+      if (repeated || !std::isfinite(reached)) {
+        if (!cut_what_grows()) break;
+        repeated = false;
+        best = 0.0;
+        tolerance = std::max(tightest_solve, tolerance_per_accuracy * options_.accuracy);
+        continue;
+      }
       if (tolerance <= tightest_solve) {
         // Part of the bound is what Newton's method left over when it stopped; from the corrected point it leaves less.
         repeated = true;
         continue;
       }
-      if (best > 0.0 && reached > 0.5 * best) break;
+      if (best > 0.0 && reached > 0.5 * best) {
+        repeated = true;
+        continue;
+      }
       best = reached;
       // The bound is proportional to the tolerance where integration error dominates; half the excess again as margin.
       tolerance = std::max(tightest_solve, tolerance * std::min(0.1, 0.5 / reached));
     }
-    solution_.message = fmt::format("the accuracy {:g} is not reached: the best error bound is {:.2g} for {}; try a larger one",
-                                    options_.accuracy, worst.error_bound, worst.name);
+    solution_.message =
+        fmt::format("the accuracy {:g} is not reached: the best error bound is {:.2g} for {}; try a larger one",
+                    options_.accuracy, worst.error_bound, worst.name);
     return false;
+  }
+
+  /// Where accuracy is lost by growth along the arcs, cutting them wins it back: done once.
+  bool cut_what_grows() {
+    if (cut_ || !options_.multiple) return false;
+    cut_ = true;
+    try {
+      return largest_growth(shooting_, point_) > MeshOptions{}.growth && approach_.cut_by_growth(point_, {});
+    } catch (const LeftDomain&) {
+      return false;
+    }
   }
 
   NewtonResult newton(double tolerance) {
     shooting_.set_flow_options(flow_options(options_, tolerance));
-    const NewtonOptions newton{.residual_tolerance = 10.0 * tolerance,
-                               .step_tolerance = 1e-15,
-                               .max_step = options_.max_step * std::sqrt(static_cast<double>(shooting_.size())),
-                               .max_iterations = options_.max_iterations,
-                               .line_search = options_.line_search};
-    const NewtonResult result =
-        newton_.solve(shooting_, solution_.y, shooting_.unknown_scales(), shooting_.row_scales(), newton);
-    solution_.cost.newton_iterations += result.iterations;
-    return result;
+    return kinsol(shooting_, point_, options_, solution_.cost);
   }
 
   /// One Newton correction from a tighter integration, a second opinion on it, and from both the error bounds.
@@ -160,37 +150,36 @@ class Solver {
     if (!near_root(result.termination)) return not_converged(result);
     const double tight = std::max(tightest_verify, verify_factor * tolerance);
     try {
-      const std::vector<Report> loose = shooting_.evaluate(solution_.y).reports();
+      const std::vector<Report> loose = shooting_.evaluate(point_).reports();
       shooting_.set_flow_options(flow_options(options_, tight));
-      const Shot shot = shooting_.evaluate(solution_.y);
-      const Eigen::MatrixXd jacobian = shooting_.jacobian(shot);
+      const Shot shot = shooting_.evaluate(point_);
+      const Staircase jacobian = shooting_.decompose(shot);
       if (!isolated(jacobian)) return false;
-      const Eigen::MatrixXd inverse = jacobian.fullPivLu().inverse();
-      const Eigen::VectorXd correction = inverse * shooting_.residual(shot);
+      const Eigen::VectorXd correction = jacobian.solve(shooting_.residual(shot));
       const double size = correction.cwiseQuotient(shooting_.unknown_scales()).cwiseAbs().maxCoeff();
       if (!result.converged() && !(size <= coarsest_accuracy)) return not_converged(result);
 
-      const Eigen::VectorXd before = solution_.y;
-      solution_.y -= correction;
+      const Eigen::VectorXd before = point_;
+      point_ -= correction;
       // Errors of a multistep method are systematic, so the second opinion must have another tolerance to see them.
       // A tighter one differs by nearly all of the first's error; where there is none, a looser one by several times that.
       const bool at_floor = tight < 5.0 * tightest_verify;
       shooting_.set_flow_options(flow_options(options_, tight * (at_floor ? 5.0 : 0.2)));
-      const Shot second = shooting_.values(solution_.y);
-      const Opinions opinions{inverse, correction, shooting_.residual(second), shooting_.row_scales(), at_floor ? 1.5 : 3.0};
+      const Shot second = shooting_.values(point_);
+      const Opinions opinions(shooting_, jacobian, correction, shooting_.residual(second), at_floor ? 1.5 : 3.0);
       solution_.reports.clear();
       for (std::size_t i = 0; i < shot.reports().size(); ++i) {
         const Report& report = shot.reports()[i];
-        Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(shooting_.size());
+        Eigen::VectorXd gradient = Eigen::VectorXd::Zero(shooting_.size());
         for (const auto& entry : report.value.gradient()) gradient[entry.column] = entry.derivative;
         solution_.reports.push_back(opinions.quantity(report.name, report.unit, gradient, loose[i].value.value,
                                                       report.value.value, second.reports()[i].value.value));
       }
       solution_.unknowns.clear();
-      for (Eigen::Index i = 0; i < shooting_.size(); ++i) {
-        solution_.unknowns.push_back(opinions.quantity(shooting_.problem().unknowns()[static_cast<std::size_t>(i)].name, "",
-                                                       Eigen::RowVectorXd::Unit(shooting_.size(), i), before[i], before[i],
-                                                       solution_.y[i]));
+      for (Eigen::Index i = 0; i < shooting_.border(); ++i) {
+        solution_.unknowns.push_back(opinions.quantity(shooting_.unknown_name(i), "",
+                                                       Eigen::VectorXd::Unit(shooting_.size(), i), before[i], before[i],
+                                                       point_[i]));
       }
       return true;
     } catch (const LeftDomain& failure) {
@@ -199,48 +188,19 @@ class Solver {
     }
   }
 
-  bool isolated(const Eigen::MatrixXd& jacobian) {
-    const Eigen::MatrixXd scaled =
-        shooting_.row_scales().cwiseInverse().asDiagonal() * jacobian * shooting_.unknown_scales().asDiagonal();
-    const Eigen::VectorXd singular = scaled.jacobiSvd().singularValues();
-    solution_.certificate.condition = singular[0] / singular[singular.size() - 1];
+  bool isolated(const Staircase& jacobian) {
+    solution_.certificate.condition = jacobian.condition();
     if (solution_.certificate.condition < 1e14) return true;
-    solution_.message = fmt::format("the Jacobian is singular at the root found (condition {:.1e}): the solution is not "
-                                    "isolated; try {}",
-                                    solution_.certificate.condition, options_.advice);
+    solution_.message = fmt::format(
+        "the Jacobian is singular at the root found (condition {:.1e}): the solution is not "
+        "isolated, hardly determined is {}; try {}",
+        solution_.certificate.condition, weakest_direction(shooting_, jacobian), options_.advice);
     return false;
   }
 
-  /// What two tight integrations say of the root: J⁻¹, the correction δ of the first at the root of the solve, the residual R₂
-  /// that the second still sees after it, and the scales of the rows.
-  struct Opinions {
-    Eigen::MatrixXd inverse;
-    Eigen::VectorXd correction, second_residual;
-    Eigen::VectorXd row_scales;
-    double margin;  ///< error of the first opinion in units of the disagreement
-
-    /// A quantity q with gradient g, known from the solve's integration (loose), from the first tight one at the same point, and
-    /// from the second at the corrected point. Its value is q − g·δ. Its bound adds what the tighter integration changed in q
-    /// and through δ, the disagreement of the two opinions with its margin, in q itself and through the rows, and rounding.
-    /// Through the rows each is counted as if all disagreed by as much as the worst, in the worst direction: a quantity in
-    /// which the disagreements happen to cancel is no better known for it.
-    [[nodiscard]] Quantity quantity(const std::string& name, const std::string& unit, const Eigen::RowVectorXd& gradient,
-                                    double loose, double tight, double at_corrected) const {
-      constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
-      const double moved = gradient.dot(correction);
-      const double value = tight - moved;
-      const double through_rows = (gradient * inverse).cwiseAbs().dot(row_scales);
-      const double row_disagreement = second_residual.cwiseQuotient(row_scales).cwiseAbs().maxCoeff();
-      return {name, unit, value,
-              std::abs(tight - loose) + std::abs(moved) +
-                  margin * (std::abs(at_corrected - value) + through_rows * row_disagreement) +
-                  rounding * (through_rows + std::abs(value))};
-    }
-  };
-
   /// Refuses roots that are no solutions, and keeps the trajectory of those that are.
   void verify() {
-    const std::string objection = verify_root(shooting_, options_.accuracy, solution_);
+    const std::string objection = verify_root(shooting_, point_, options_.accuracy, solution_);
     if (objection.empty()) {
       solution_.status = Solution::Status::solved;
     } else {
@@ -251,8 +211,10 @@ class Solver {
 
   Shooting& shooting_;
   SolveOptions options_;
-  Kinsol newton_;
   Statistics before_;
+  Approach approach_;
+  bool cut_ = false;       ///< where the arcs grow, for the sake of accuracy
+  Eigen::VectorXd point_;  ///< unknowns of the problem, then the nodes
   Solution solution_;
 };
 
@@ -264,16 +226,27 @@ double thread_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options) {
+Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& start, const SolveOptions& options) {
   check_options(options);
-  if (start.size() != shooting.size()) {
-    throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.size()));
+  if (start.size() != shooting.border()) {
+    throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.border()));
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
-  return Solver(shooting, options).run(start);
+  const Problem& problem = shooting.problem();
+  Start first{start, [&](int arc, double fraction) { return problem.state_guess(arc, fraction); }};
+  Solution solution = Solver(shooting, options).run(first);
+  if (solution.solved()) return solution;
+  if (const auto other = problem.search_start(shooting.parameters())) {
+    Solution second = Solver(shooting, options).run(*other);
+    second.cost.add(solution.cost);
+    if (second.solved()) return second;
+    solution.cost = second.cost;
+  }
+  return solution;
 }
 
-Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& start, const SolveOptions& options) {
+Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Eigen::VectorXd>& start,
+               const SolveOptions& options) {
   Shooting shooting(std::move(problem));
   return solve(shooting, start, options);
 }

@@ -132,14 +132,14 @@ void check_arc(const Shooting& shooting, const ArcTrace& arc, double tolerance, 
 
 }  // namespace
 
-std::string verify_root(Shooting& shooting, double accuracy, Solution& solution) {
-  if (std::string objection = outside_domain(shooting.problem(), solution.y); !objection.empty()) return objection;
+std::string verify_root(Shooting& shooting, const Eigen::VectorXd& point, double accuracy, Solution& solution) {
+  if (std::string objection = outside_domain(shooting.problem(), point); !objection.empty()) return objection;
   try {
-    const Shot shot = shooting.evaluate(solution.y);
+    const Shot shot = shooting.evaluate(point);
     Eigen::Index worst = 0;
     solution.certificate.largest_residual =
         shooting.residual(shot).cwiseQuotient(shooting.row_scales()).cwiseAbs().maxCoeff(&worst);
-    solution.certificate.largest_row = shooting.problem().rows()[static_cast<std::size_t>(worst)].name;
+    solution.certificate.largest_row = shooting.row_name(worst);
     solution.arcs = trace(shooting, shot);
   } catch (const LeftDomain& failure) {
     return fmt::format("the solution cannot be integrated at its own root: {}", failure.what());

@@ -7,8 +7,8 @@
 
 namespace costate {
 
-/// Checks the domain of every unknown, integrates the arcs anew with dense output into `solution.arcs`, and evaluates every
+/// Checks the domain of every unknown at a point of the shooting, integrates the arcs anew with dense output into `solution.arcs`, and evaluates every
 /// path check along them into `solution.certificate`. Returns the reason why the root is no solution, or nothing.
-[[nodiscard]] std::string verify_root(Shooting& shooting, double accuracy, Solution& solution);
+[[nodiscard]] std::string verify_root(Shooting& shooting, const Eigen::VectorXd& point, double accuracy, Solution& solution);
 
 }  // namespace costate

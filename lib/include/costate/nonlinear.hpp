@@ -3,12 +3,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <memory>
 #include <string>
 
 namespace costate {
 
 /// R: ℝᴺ → ℝᴺ. The solver asks for the Jacobian only at the point where it last asked for the residual.
+///
+/// Newton's linear systems are the system's own: one with structure overrides `factorise` and `solve`, and need not form a dense
+/// Jacobian; the default does, and decomposes it by LU with partial pivoting.
 class NonlinearSystem {
  public:
   NonlinearSystem() = default;
@@ -20,6 +24,14 @@ class NonlinearSystem {
   /// \throws LeftDomain where R is not defined: the step that led there is shortened.
   virtual void residual(const Eigen::VectorXd& y, Eigen::VectorXd& r) = 0;
   virtual void jacobian(const Eigen::VectorXd& y, Eigen::MatrixXd& j) = 0;
+
+  /// Makes ready to solve with the Jacobian at y; false if it is not finite or exactly singular.
+  virtual bool factorise(const Eigen::VectorXd& y);
+  /// x with J x = r, J the last one factorised.
+  virtual void solve(const Eigen::VectorXd& r, Eigen::VectorXd& x) const { x = dense_.solve(r); }
+
+ private:
+  Eigen::PartialPivLU<Eigen::MatrixXd> dense_;
 };
 
 struct NewtonOptions {

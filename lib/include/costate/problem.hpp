@@ -55,6 +55,13 @@ struct ArcPoint {
   double own;  ///< the arc's own variable of integration, see ArcStart
 };
 
+/// Where a solve can begin: the unknowns, and the states along the arcs.
+struct Start {
+  Eigen::VectorXd unknowns;
+  /// z of an arc at a fraction 0 … 1 of the way from its t0 to its t1; nothing where it is not known.
+  std::function<std::optional<Eigen::VectorXd>(int arc, double fraction)> state;
+};
+
 /// A shooting problem. Implementations hold the fields of their arcs; evaluation never changes them.
 class Problem {
  public:
@@ -78,6 +85,10 @@ class Problem {
   /// A guess of an arc's integrated state, n values, at a fraction 0 … 1 of the way from its t0 to its t1. With it a solve can put
   /// nodes of multiple shooting on an arc before it can integrate it. Nothing: the arc is integrated from the unknowns.
   [[nodiscard]] virtual std::optional<Eigen::VectorXd> state_guess(int /*arc*/, double /*fraction*/) const { return {}; }
+
+  /// A better start, found by some method of the problem's own that needs no guess; nothing if there is none or it fails. Asked for
+  /// where the guesses do not lead to a solution.
+  [[nodiscard]] virtual std::optional<Start> search_start(const std::vector<double>& /*parameters*/) const { return {}; }
 
   /// The shooting function: reads unknowns and parameters, integrates arcs, sets every row, reports results.
   virtual void shoot(Shot& shot) const = 0;

@@ -5,6 +5,7 @@
 #include <costate/flow.hpp>
 #include <costate/jet.hpp>
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -31,9 +32,16 @@ struct ArcEnd {
   std::vector<Jet> quadrature;
 };
 
-/// The numbers of an integrated arc, enough to integrate it again.
+/// A call of Shot::arc and a segment of that arc, counted from 0.
+struct SegmentPlace {
+  std::size_t call = 0;
+  std::size_t segment = 0;
+};
+
+/// The numbers of an integrated arc, or of one of its segments, enough to integrate it again.
 struct ArcRecord {
   int arc = 0;
+  SegmentPlace place{};
   const Field* field = nullptr;
   double t0 = 0.0, t1 = 0.0, clock = 0.0;
   std::optional<int> time_quadrature{};  ///< see ArcStart
@@ -67,6 +75,10 @@ struct Guard {
   Jet value;
 };
 
+/// Where arcs are cut for multiple shooting: for each call of Shot::arc, in their order, its nodes as fractions of the way from t0 to t1,
+/// ascending within (0, 1). A call beyond the end of the list is not cut.
+using Cuts = std::vector<std::vector<double>>;
+
 /// Integrators by field; shared by all shots of one problem so that memory is allocated once.
 class FlowCache {
  public:
@@ -81,10 +93,24 @@ class FlowCache {
 };
 
 /// Handed to a problem's shooting function.
+///
+/// Where an arc is cut, each of its segments starts from a node of its own, whose state and quadratures are unknowns too, and `matches`
+/// has one equation for each: what the segment before arrives with, minus the node. The shooting function sees the end of the last
+/// segment and need not know.
 class Shot {
  public:
   Shot(FlowCache& flows, std::vector<Jet> unknowns, std::vector<Jet> parameters, std::size_t rows)
       : flows_(&flows), unknowns_(std::move(unknowns)), parameters_(std::move(parameters)), rows_(rows) {}
+
+  /// Cuts the arcs; `nodes` are the values (z, w) of all nodes, one after the other, in the order of the cuts.
+  void cut(const Cuts& cuts, std::vector<Jet> nodes) {
+    cuts_ = &cuts;
+    nodes_ = std::move(nodes);
+  }
+  /// Integrates nothing: an arc with a guess of its end state, n values, ends there, any other where it starts. What arcs there are is
+  /// then in arcs().
+  using EndGuess = std::function<std::optional<Eigen::VectorXd>(int arc)>;
+  void sketch(EndGuess guess) { sketch_ = std::move(guess); }
 
   [[nodiscard]] const Jet& unknown(std::size_t i) const { return unknowns_.at(i); }
   [[nodiscard]] const Jet& parameter(std::size_t i) const { return parameters_.at(i); }
@@ -104,14 +130,26 @@ class Shot {
   void complete(const std::vector<double>& origin, const std::vector<double>& constants, double time_unit = 1.0);
 
   [[nodiscard]] const std::vector<Jet>& rows() const { return rows_; }
+  [[nodiscard]] const std::vector<Jet>& matches() const { return matches_; }
+  /// The segment integrated last, or in which an integration failed.
+  [[nodiscard]] SegmentPlace place() const { return place_; }
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
   [[nodiscard]] const std::vector<Guard>& guards() const { return guards_; }
   [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
 
  private:
   ArcEnd integrate(const ArcStart& start);
+  ArcEnd sketched(const ArcStart& start);
+  /// The values of the next node, `count` of them.
+  std::vector<Jet> node(std::size_t count);
 
   FlowCache* flows_;
+  const Cuts* cuts_ = nullptr;
+  EndGuess sketch_;
+  std::vector<Jet> nodes_, matches_;
+  std::size_t next_node_ = 0;  ///< place in nodes_
+  std::size_t calls_ = 0;
+  SegmentPlace place_;
   std::vector<Jet> unknowns_, parameters_, rows_;
   std::vector<Report> reports_;
   std::vector<Guard> guards_;

@@ -80,7 +80,7 @@ struct MultiStart {
 
 /// Damped Newton iterations (Deuflhard's natural levels) at a loose tolerance, from `start` and then from seeded random starts, until
 /// one leads to a verified solution; roots that are refused are passed over. By turns a start is drawn around `start` and around the
-/// guesses that the problem states, the k-th of a centre from a box of 2ⁿ times the radius, n being how often 2 divides k: half
+/// guesses that the problem states (around 0, if these are the start), the k-th of a centre from a box of 2ⁿ times the radius, n being how often 2 divides k: half
 /// of them from the smallest box, a quarter from one twice as wide, and so on, so that no distance has to be known.
 /// If nothing is found, `solve` is asked, whose tolerances are tighter.
 /// \throws BadInput as `solve`, and for options out of range.

@@ -90,6 +90,7 @@ struct Solution {
   Eigen::VectorXd y;                ///< unknowns, in the problem's order
   std::vector<Quantity> unknowns;   ///< the same, named
   std::vector<Quantity> reports;    ///< final time, switching times, …
+  int nodes = 0;                    ///< of multiple shooting, at which arcs were cut; 0 is single shooting
   Certificate certificate;
   Cost cost;
   std::vector<ArcTrace> arcs;       ///< in order of time

@@ -11,6 +11,13 @@ namespace costate {
 inline constexpr double finest_accuracy = 1e-12;
 inline constexpr double coarsest_accuracy = 1e-3;
 
+/// A path through problems from an easy one to the wanted one: a parameter of the problem goes from a value at which the start is good
+/// to its own, in equal ratios if both have the same sign.
+struct Homotopy {
+  std::string parameter;
+  double from = 0.0;
+};
+
 struct SolveOptions {
   /// Wanted absolute error (relative above 1) of every unknown and report, within finest_accuracy … coarsest_accuracy.
   double accuracy = 1e-8;
@@ -19,11 +26,17 @@ struct SolveOptions {
   int max_iterations = 50;  ///< of Newton's method, per tolerance
   double max_step = 1.0;    ///< of Newton's method, in scaled unknowns
   bool line_search = true;
+  std::optional<Homotopy> homotopy{};
+  bool multiple = true;  ///< arcs may be cut for multiple shooting
   /// What the message of a failed solve says to try.
   std::string advice = "a start closer to the solution, or continuation from a solved scene";
 };
 
 /// Solves R(y) = 0 from the guess `start`.
+///
+/// Arcs whose states the problem guesses are cut where a segment would magnify errors more than a thousandfold (multiple shooting with
+/// nodes placed by the program); Newton's method is damped there, segments that cannot be integrated are cut further, and nodes the
+/// solution does not need are dropped. All other arcs stay whole as long as the accuracy is reached.
 ///
 /// Newton's method runs on a ladder of integration tolerances, loose first. The root is then evaluated by an integration
 /// fifty times tighter (twenty, where it is as tight as can be), whose Newton correction δ = J⁻¹R is applied, and by a second one
@@ -33,15 +46,17 @@ struct SolveOptions {
 /// failed and the message gives the best bound. After that every unknown must lie in its domain and every path check must hold, else
 /// the root is refused.
 ///
-/// \throws BadInput for an accuracy out of range or a start of the wrong size. Failure to converge is a Solution, not a throw.
-[[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const Eigen::VectorXd& start,
+/// \throws BadInput for an accuracy out of range, a start of the wrong size, an unknown homotopy parameter, and for a problem that is ill posed: a
+/// row that depends on no unknown, or an unknown that no row depends on. Failure to converge is a Solution, not a throw.
+[[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Eigen::VectorXd>& start,
                              const SolveOptions& options = {});
 
 /// The same from the guesses the problem states for its unknowns.
 [[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const SolveOptions& options = {});
 
 /// The same on an existing Shooting, whose integrators and parameters are used.
-[[nodiscard]] Solution solve(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options = {});
+[[nodiscard]] Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& start,
+                             const SolveOptions& options = {});
 
 /// CPU time of the calling thread, seconds.
 [[nodiscard]] double thread_seconds();

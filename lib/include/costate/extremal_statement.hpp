@@ -1,0 +1,105 @@
+/// \file
+/// An optimal-control problem as it was stated, free of the system's type, and the shooting problem that follows from it.
+///
+/// Minimise J = Φ(q(0), q(T), T, p) + ∫ L dt subject to q' = f(q, u, p), fixed values of some states at the ends, end conditions
+/// Ψⱼ(q(0), q(T), T, p) = 0, bounds of the controls and constraints. With H = −L + λ·f maximised over u, an extremal has
+///
+///     λᵢ(T) = −∂(Φ + σ·Ψ)/∂qᵢ(T)  where qᵢ(T) is not fixed,   λᵢ(0) = ∂(Φ + σ·Ψ)/∂qᵢ(0)  where qᵢ(0) is not fixed,
+///     H(T) = ∂(Φ + σ·Ψ)/∂T        where T is free.
+///
+/// Rows at a junction at time t, for one control. The control of an arc is *held* where a bound or a constraint fixes it.
+/// - between an interior arc and a held one: H_u = 0 with the held control (H is continuous there too, but to second order);
+/// - between two held controls: (H(u⁻) − H(u⁺))/(u⁻ − u⁺) = 0, but u⁻ = u⁺ where one and the same side is held by a bound and a mixed
+///   constraint, or two of these, in turn;
+/// - a singular arc begins: H_u = 0 and d/dt H_u = 0; it ends where the arc after it begins, without a row;
+/// - an arc along a state constraint of order r begins: c = … = c^(r−1) = 0, and H_u(λ⁻) = 0 with the control of the boundary
+///   unless the arc before is singular; λ⁺ = λ⁻ + Σ πᵢ ∂c^(i)/∂q with the multipliers πᵢ ≥ 0 as unknowns (indirect adjoining; that the sign
+///   is + and π ≥ 0 follows from c ≤ 0 and the maximum of H); it ends: H_u = 0, so that the multiplier of the constraint vanishes;
+/// - a constraint is touched: c = 0 and c' = 0 (order 2) or H continuous (order 1), λ⁺ = λ⁻ + π ∂c/∂q.
+/// For several controls: H is continuous.
+///
+/// Reference: Bryson, Denham & Dreyfus, AIAA J. 1 (1963) 2544–2550; Hartl, Sethi & Vickson, SIAM Review 37 (1995) 181–218, §5;
+/// Bryson & Ho, Applied Optimal Control, 1975, ch. 2–3 and §8.
+#pragma once
+
+#include <costate/ends.hpp>
+#include <costate/extremal_arc.hpp>
+#include <costate/problem.hpp>
+
+#include <optional>
+
+namespace costate {
+
+/// A state variable.
+struct State {
+  std::optional<double> start{};  ///< fixed value at t = 0; none: free
+  std::optional<double> end{};    ///< fixed value at T; none: free
+  double scale = 1.0;             ///< a typical magnitude
+  std::optional<double> guess{};  ///< of a free value
+  double costate = 0.0;           ///< guess of λ(0)
+  double costate_scale = 0.0;     ///< a typical magnitude of λ; 0: ten over that of the state, or the guess if it is larger
+  std::string unit = "1";
+};
+
+/// A control variable.
+struct Control {
+  std::optional<double> lower{}, upper{};
+  std::optional<double> guess{};  ///< where the search for an interior maximum starts; none: between the bounds
+  double scale = 0.0;             ///< a typical magnitude; 0: half the distance of the bounds, or 1
+  std::string unit = "1";
+};
+
+/// What is known beforehand of an arc.
+struct Arc {
+  double duration = 0.0;              ///< guess; 0: an equal share of the time left
+  std::vector<double> multipliers{};  ///< guesses of π₀, π₁ at the entry of a boundary arc; 0 where none
+};
+
+/// A user's row at a junction: of x = (q, λ, p) before it and the controls before and after.
+using JunctionRow =
+    std::function<Jet(const std::vector<Jet>& x, const std::vector<Jet>& before, const std::vector<Jet>& after)>;
+
+struct ExtremalStatement {
+  struct Constraint {
+    std::string name;
+    std::shared_ptr<const StateConstraint> constraint;
+    int order = 0;
+  };
+  struct PlacedArc {
+    std::string name;
+    std::shared_ptr<const ExtremalArc> arc;
+    Arc known;
+    int constraint = -1;  ///< place of a boundary arc's constraint
+    int side = 0;         ///< 1 where what holds the control bounds it from above, −1 from below, 0 if that is not known
+  };
+  struct Junction {
+    int touched = -1;         ///< place of a constraint touched
+    double multiplier = 0.0;  ///< guess of its π
+    std::string name;         ///< of the user's row
+    JunctionRow row;          ///< instead of the derived one
+  };
+
+  int cyclic = 0;
+  std::vector<std::pair<std::string, State>> states;
+  std::vector<std::pair<std::string, Control>> controls;
+  std::vector<Parameter> parameters;
+  bool free_time = false;
+  double time = 0.0;  ///< T, or its guess
+  std::shared_ptr<const EndFunction> terminal_cost;
+  std::vector<std::pair<std::string, std::shared_ptr<const EndFunction>>> end_conditions;
+  std::vector<Constraint> constraints;
+  std::vector<std::pair<std::string, MixedConstraint>> mixed;
+  std::vector<PlacedArc> arcs;
+  std::vector<Junction> junctions;  ///< one fewer than arcs
+};
+
+/// Refuses what no problem can be made of: numbers out of range, names used twice. \throws BadInput
+void check_statement(const ExtremalStatement& statement);
+
+/// The shooting problem. Unknowns, as far as they are not known: "x_start", "lambda_x" (at the start), "duration 1", …, multipliers.
+/// Parameters: those of the system, "u_lower", "u_upper", "x_start", "x_end", "final_time", as far as stated. Reports: "t1", …
+/// (switching times), "final_time", "cost" (J).
+/// \throws BadInput where a row is missing or one too many
+[[nodiscard]] std::shared_ptr<const Problem> extremal_problem(ExtremalStatement statement);
+
+}  // namespace costate

@@ -1,0 +1,64 @@
+/// \file
+/// The shooting problem of a stated optimal-control problem.
+#pragma once
+
+#include <costate/extremal_statement.hpp>
+
+namespace costate {
+
+class ExtremalProblem final : public Problem {
+ public:
+  explicit ExtremalProblem(ExtremalStatement statement);
+
+  [[nodiscard]] std::optional<Eigen::VectorXd> state_guess(int arc, double fraction) const override;
+  void shoot(Shot& shot) const override;
+  [[nodiscard]] std::vector<Column> columns() const override;
+  [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& parameters) const override;
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>& parameters) const override;
+
+ private:
+  /// What a junction asks for. Several may come together, in this order.
+  enum class Condition {
+    user,                  ///< the user's row
+    continuous_h,          ///< H is continuous
+    bangs,                 ///< H is continuous, divided by the step of the control
+    continuous_u,          ///< the control is continuous
+    switching_before,      ///< H_u = 0 with the control of the arc before
+    switching_after,       ///< the same of the arc after
+    switching_rate_after,  ///< d/dt H_u = 0 of the singular arc after
+    touch,                 ///< c = 0 and c' = 0
+    touch_first_order,     ///< c = 0 and H continuous after the jump
+    boundary,              ///< c = … = c^(r−1) = 0
+  };
+  struct Junction {
+    std::vector<Condition> conditions;
+    int constraint = -1;
+    std::size_t multiplier = 0, multipliers = 0;  ///< places of the unknowns πᵢ
+  };
+  class Pass;
+
+  void state_parameters();
+  void state_start();
+  void state_durations();
+  void state_junctions();
+  void state_end();
+  [[nodiscard]] std::vector<Condition> conditions(std::size_t junction) const;
+  void add_row(std::string name, double scale = 1.0) { rows_.push_back({std::move(name), scale}); }
+  std::size_t add_unknown(Unknown unknown);
+  std::size_t add_parameter(Parameter parameter);
+  [[nodiscard]] double costate_scale(std::size_t state) const;
+  [[nodiscard]] bool has_end_functions() const { return s_.terminal_cost || !s_.end_conditions.empty(); }
+  [[nodiscard]] std::vector<double> point_of(const ArcPoint& point) const;
+
+  ExtremalStatement s_;
+  std::size_t n_, cyclic_;
+  std::vector<double> durations_;  ///< guesses
+  // Places of unknowns and parameters; none where there is no such.
+  std::vector<std::optional<std::size_t>> start_parameter_, end_parameter_, lower_parameter_, upper_parameter_;
+  std::vector<std::optional<std::size_t>> start_unknown_, costate_unknown_, duration_unknown_;
+  std::optional<std::size_t> time_parameter_;
+  std::vector<std::size_t> end_multiplier_;
+  std::vector<Junction> junctions_;
+};
+
+}  // namespace costate
