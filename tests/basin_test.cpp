@@ -1,4 +1,5 @@
-/// From how many of 200 random guesses a solve arrives at a verified extremal, on two problems in their plainest formulation.
+/// From how many of 200 random guesses a solve arrives at a verified extremal, on two problems in their plainest
+/// formulation.
 #include "basin_problems.hpp"
 
 #include <costate/shooting/search.hpp>

@@ -87,7 +87,8 @@ TEST(Search, FindsBothSolutionsOfBratusEquation) {
 }
 
 TEST(Search, FindsAllSwingsOfThePendulum) {
-  // From 0 to 0 in the time T in n half swings of modulus k, T = 2n K(k), y'(0) = ±2k: for T = 10 there are n = 1, 2, 3 and rest.
+  // From 0 to 0 in the time T in n half swings of modulus k, T = 2n K(k), y'(0) = ±2k: for T = 10 there are n = 1, 2, 3 and
+  // rest.
   constexpr double T = 10.0;
   std::vector<double> slopes{0.0};
   for (int n = 1; 2.0 * n * std::comp_ellint_1(0.0) < T; ++n) {
@@ -234,7 +235,8 @@ TEST(Search, RefusesOptionsOutOfRange) {
 }
 
 TEST(MultiStart, FindsWhatOneStartDoesNot) {
-  // y³ − 2y + 2 has a minimum of 0.91 at √(2/3), from whose neighbourhood no descent leads out. The one root by Cardano's formula.
+  // y³ − 2y + 2 has a minimum of 0.91 at √(2/3), from whose neighbourhood no descent leads out. The one root by Cardano's
+  // formula.
   const auto problem = equations({{.name = "y", .guess = 1.0}}, {{"cubic"}}, [](Shot& shot) {
     const Jet& y = shot.unknown(0);
     return std::vector<Jet>{y * y * y - 2.0 * y + 2.0};

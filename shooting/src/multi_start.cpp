@@ -24,8 +24,8 @@ void check_options(const MultiStartOptions& options) {
   }
 }
 
-/// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem states. Where
-/// these are the same, the other centre is 0: the scales are typical magnitudes.
+/// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem
+/// states. Where these are the same, the other centre is 0: the scales are typical magnitudes.
 class Around {
  public:
   Around(const Eigen::VectorXd& start, const Shooting& shooting, const MultiStartOptions& options)
@@ -73,7 +73,8 @@ MultiStart multi_start(Shooting& shooting, const Eigen::VectorXd& start, const S
     throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.border()));
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
-  // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known again when it is met again.
+  // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known again when it is met
+  // again.
   Hunt hunt(shooting, {.solve = options, .tolerance = 1e-4, .max_steps = multiple.max_steps, .same = 1e-2});
   Around around(start, shooting, multiple);
   MultiStart result;
