@@ -261,6 +261,48 @@ TEST(MultiStart, TakesTheStartThatIsGiven) {
   }
 }
 
+/// y'' = 900 y, growth e³⁰ over a unit of time.
+struct Growth {
+  static constexpr int states = 2, parameters = 0, quadratures = 0;
+  template <class S>
+  Rates<S, 2, 0> rates(const S&, const Vec<S, 2>& z, const Vec<S, 0>&) const {
+    return {{z[1], 900.0 * z[0]}, {}};
+  }
+};
+
+/// From y = 1 to y = 1 in the time 1, with a guess along the way, so that the arc is cut.
+class GrowingProblem final : public Problem {
+ public:
+  GrowingProblem() {
+    unknowns_ = {{.name = "slope", .scale = 30.0}};
+    rows_ = {{"end value"}};
+    structure_ = {"arc"};
+  }
+  void shoot(Shot& shot) const override {
+    const ArcEnd end = shot.arc({.field = &field_, .t0 = 0.0, .t1 = 1.0, .state = {1.0, shot.unknown(0)}});
+    shot.row(0, end.state[0] - 1.0);
+  }
+  [[nodiscard]] std::optional<Eigen::VectorXd> state_guess(int, double) const override { return Eigen::Vector2d(1.0, 0.0); }
+  [[nodiscard]] std::vector<Column> columns() const override { return {{"y", ""}}; }
+  [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>&) const override {
+    return {point.state[0]};
+  }
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint&, const std::vector<double>&) const override { return {}; }
+
+ private:
+  FieldOf<Growth> field_;
+};
+
+TEST(MultiStart, BeginsWithWholeArcsWhateverWasSolvedBefore) {
+  Shooting shooting(std::make_shared<GrowingProblem>());
+  ASSERT_TRUE(solve(shooting, shooting.problem().start()).solved());
+  ASSERT_GT(shooting.size(), 1) << "the solve was to leave a cut arc behind";
+  const MultiStart result = multi_start(shooting, shooting.problem().start());
+  ASSERT_TRUE(result.solution.solved()) << result.solution.message;
+  const double slope = 30.0 * (1.0 - std::cosh(30.0)) / std::sinh(30.0);
+  EXPECT_NEAR(result.solution.y[0], slope, 1e-8 * 30.0);
+}
+
 TEST(MultiStart, SaysSoWhereThereIsNoSolution) {
   const auto problem = equations({{.name = "y"}}, {{"sum of squares"}},
                                  [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });

@@ -1,12 +1,13 @@
 #include "approach.hpp"
 
-#include "damped.hpp"
 #include "diagnosis.hpp"
+#include "newton.hpp"
 
 #include <costate/error.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <fmt/format.h>
 
 namespace costate {
@@ -76,15 +77,20 @@ bool Approach::from_start(const Start& start, Eigen::VectorXd& point) {
 bool Approach::globalise(Eigen::VectorXd& point, int rounds) {
   MeshOptions mesh = short_segments;
   for (int round = 0; round < rounds; ++round) {
-    const DampedResult result = damped_newton(shooting_, point, {});
+    ShootingSystem system(shooting_);
+    const double size = std::sqrt(static_cast<double>(shooting_.size()));
+    const NewtonResult result = natural_newton(system, point, shooting_.unknown_scales(), Bounds::of(shooting_),
+                                               {.residual_tolerance = 10.0 * tolerance_,
+                                                .step_tolerance = 1e-4 * size,
+                                                .relative = true,
+                                                .max_step = std::numeric_limits<double>::infinity(),
+                                                .max_iterations = 100});
     cost_.newton_iterations += result.iterations;
-    if (result.converged) {
-      return true;
-    }
-    reason_ = result.message;
+    if (result.converged() || result.termination == Termination::small_step) return true;
+    reason_ = fmt::format("{}{}{}", describe(result.termination), result.message.empty() ? "" : ": ", result.message);
     try {
-      if (result.blocked) {
-        apply(split(shooting_, point, *result.blocked), shooting_, point);
+      if (result.termination == Termination::left_domain) {
+        apply(split(shooting_, point, shooting_.failed_place()), shooting_, point);
         continue;
       }
       mesh.growth = std::sqrt(mesh.growth);

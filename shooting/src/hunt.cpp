@@ -1,32 +1,40 @@
 #include "hunt.hpp"
 
-#include "damped.hpp"
-
-#include <costate/error.hpp>
-
-#include <Eigen/LU>
 #include <algorithm>
 
 namespace costate {
 
-Hunt::Hunt(Shooting& shooting, const HuntOptions& options)
-    : shooting_(shooting), options_(options), before_(shooting.statistics()) {
-  shooting_.set_mesh({});
-  scales_ = shooting_.unknown_scales();
+namespace {
+
+/// The shooting with its arcs whole, whatever was solved with it before: starts are of the problem's own unknowns alone.
+Shooting& whole(Shooting& shooting) {
+  shooting.set_mesh({});
+  return shooting;
 }
 
+}  // namespace
+
+Hunt::Hunt(Shooting& shooting, const HuntOptions& options)
+    : shooting_(whole(shooting)),
+      options_(options),
+      system_(shooting),
+      bounds_(Bounds::of(shooting)),
+      scales_(shooting.unknown_scales()),
+      before_(shooting.statistics()) {}
+
 Hunt::Outcome Hunt::follow(const Eigen::VectorXd& start) {
-  shooting_.set_mesh({});
-  shooting_.set_flow_options({.tolerance = {.relative = options_.tolerance, .absolute = options_.tolerance},
-                              .method = options_.solve.method,
-                              .max_steps = std::min(options_.max_steps, options_.solve.max_steps)});
+  whole(shooting_).set_flow_options({.tolerance = {.relative = options_.tolerance, .absolute = options_.tolerance},
+                                     .method = options_.solve.method,
+                                     .max_steps = std::min(options_.max_steps, options_.solve.max_steps)});
   Eigen::VectorXd y = start;
-  const DampedResult result = damped_newton(shooting_, y, {.max_iterations = options_.solve.max_iterations});
+  const NewtonResult result = natural_newton(system_, y, scales_, bounds_,
+                                             {.residual_tolerance = 10.0 * options_.tolerance,
+                                              .max_iterations = options_.solve.max_iterations});
   iterations_ += result.iterations;
-  if (!result.converged) return {.reason = result.blocked ? "an arc cannot be integrated" : result.message};
-  const int side = orientation(y);
+  if (!result.converged() && result.termination != Termination::small_step) return {.termination = result.termination};
+  const int orientation = system_.orientation(y);
   for (std::size_t i = 0; i < roots_.size(); ++i) {
-    if (near(y, side, roots_[i])) return met(i);
+    if (near(y, orientation, roots_[i])) return met(i);
   }
   Solution solution = solve(shooting_, y, options_.solve);
   iterations_ += solution.cost.newton_iterations;
@@ -37,28 +45,13 @@ Hunt::Outcome Hunt::follow(const Eigen::VectorXd& start) {
       if (same(solution, roots_[i].solution)) return met(i);
     }
   }
-  roots_.push_back({std::move(solution), side});
+  roots_.push_back({std::move(solution), orientation});
   return {.root = std::ssize(roots_) - 1, .fresh = true};
 }
 
 Hunt::Outcome Hunt::met(std::size_t place) {
   ++roots_[place].hits;
   return {.root = static_cast<std::ptrdiff_t>(place)};
-}
-
-/// Sign of det J, 0 where it is not defined. Two roots that merge in a fold have opposite ones.
-int Hunt::orientation(const Eigen::VectorXd& y) {
-  try {
-    const Eigen::MatrixXd jacobian = shooting_.jacobian(shooting_.evaluate(y));
-    const Eigen::PartialPivLU<Eigen::MatrixXd> factors(shooting_.row_scales().cwiseInverse().asDiagonal() * jacobian *
-                                                       scales_.asDiagonal());
-    // The sign alone: a product of pivots could overflow.
-    int sign = static_cast<int>(factors.permutationP().determinant());
-    for (const double pivot : factors.matrixLU().diagonal()) sign *= pivot > 0.0 ? 1 : pivot < 0.0 ? -1 : 0;
-    return sign;
-  } catch (const LeftDomain&) {
-    return 0;
-  }
 }
 
 bool Hunt::near(const Eigen::VectorXd& y, int orientation, const Root& root) const {

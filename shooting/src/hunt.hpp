@@ -3,6 +3,8 @@
 /// to the accuracy and verified.
 #pragma once
 
+#include "newton.hpp"
+
 #include <costate/shooting/solve.hpp>
 
 #include <random>
@@ -37,12 +39,12 @@ class Hunt {
   /// A root met, with what solving it gave: a solution, refused, or failed if it is a root of the loose integration alone.
   struct Root {
     Solution solution;
-    int orientation = 0;  ///< of the Jacobian where the first start arrived
+    int orientation = 0;  ///< sign of det J where the first start arrived
     int hits = 1;
   };
   /// Where a start led: to a root (its place), or nowhere.
   struct Outcome {
-    std::string reason{};  ///< why nowhere
+    Termination termination = Termination::converged;
     std::ptrdiff_t root = -1;
     bool fresh = false;  ///< the root had not been met before
   };
@@ -58,10 +60,11 @@ class Hunt {
   [[nodiscard]] bool near(const Eigen::VectorXd& y, int orientation, const Root& root) const;
   [[nodiscard]] static bool same(const Solution& a, const Solution& b);
   Outcome met(std::size_t place);
-  int orientation(const Eigen::VectorXd& y);
 
   Shooting& shooting_;
   HuntOptions options_;
+  ShootingSystem system_;
+  Bounds bounds_;
   Eigen::VectorXd scales_;
   std::vector<Root> roots_;
   Statistics before_;

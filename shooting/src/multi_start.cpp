@@ -25,12 +25,14 @@ void check_options(const MultiStartOptions& options) {
 }
 
 /// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem
-/// states. Where these are the same, the other centre is 0: the scales are typical magnitudes.
+/// states. Where these are the same, the other centre is 0: the scales are typical magnitudes. Made of a shooting with whole
+/// arcs.
 class Around {
  public:
   Around(const Eigen::VectorXd& start, const Shooting& shooting, const MultiStartOptions& options)
       : centers_{start, other_than(start, shooting.problem().start())},
-        unknowns_(shooting.problem().unknowns()),
+        scales_(shooting.unknown_scales()),
+        bounds_(Bounds::of(shooting)),
         radius_(options.radius),
         uniform_(options.seed) {}
 
@@ -39,13 +41,12 @@ class Around {
     const double radius = std::ldexp(radius_, std::countr_zero(count_++ / 2 + 1));
     Eigen::VectorXd start(center.size());
     for (Eigen::Index i = 0; i < start.size(); ++i) {
-      const Unknown& unknown = unknowns_[static_cast<std::size_t>(i)];
-      const double reach = radius * unknown.scale;
-      double lower = std::max(center[i] - reach, unknown.lower), upper = std::min(center[i] + reach, unknown.upper);
+      const double reach = radius * scales_[i];
+      double lower = std::max(center[i] - reach, bounds_.lower[i]), upper = std::min(center[i] + reach, bounds_.upper[i]);
       // A centre so far outside a domain that the box misses it: as wide a piece of the domain at that end.
       if (lower >= upper) {
-        lower = std::max(unknown.lower, std::min(lower, unknown.upper - 2.0 * reach));
-        upper = std::min(unknown.upper, lower + 2.0 * reach);
+        lower = std::max(bounds_.lower[i], std::min(lower, bounds_.upper[i] - 2.0 * reach));
+        upper = std::min(bounds_.upper[i], lower + 2.0 * reach);
       }
       start[i] = uniform_(lower, upper);
     }
@@ -58,7 +59,8 @@ class Around {
   }
 
   std::array<Eigen::VectorXd, 2> centers_;
-  const std::vector<Unknown>& unknowns_;
+  Eigen::VectorXd scales_;
+  Bounds bounds_;
   double radius_;
   Uniform uniform_;
   unsigned count_ = 0;
@@ -73,8 +75,7 @@ MultiStart multi_start(Shooting& shooting, const Eigen::VectorXd& start, const S
     throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.border()));
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
-  // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known again when it is met
-  // again.
+  // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known when it is met again.
   Hunt hunt(shooting, {.solve = options, .tolerance = 1e-4, .max_steps = multiple.max_steps, .same = 1e-2});
   Around around(start, shooting, multiple);
   MultiStart result;

@@ -133,7 +133,7 @@ Search find_extremals(std::shared_ptr<const Problem> problem, const SearchOption
   Uniform uniform(options.seed);
   Search search;
   int extremals = 0;
-  Eigen::VectorXd start(shooting.border());
+  Eigen::VectorXd start(shooting.size());
   while (search.starts < options.starts && extremals < options.enough && hunt.cost().seconds < options.max_seconds) {
     for (Eigen::Index i = 0; i < start.size(); ++i) {
       const auto& [lower, upper] = box[static_cast<std::size_t>(i)];
@@ -143,7 +143,7 @@ Search find_extremals(std::shared_ptr<const Problem> problem, const SearchOption
     const Hunt::Outcome outcome = hunt.follow(start);
     if (outcome.root < 0) {
       ++search.failed;
-      count(search.failures, outcome.reason, 1);
+      count(search.failures, describe(outcome.termination), 1);
     } else if (outcome.fresh && hunt.roots()[static_cast<std::size_t>(outcome.root)].solution.solved()) {
       ++extremals;
     }
