@@ -2,7 +2,7 @@
 /// formulation.
 #include "basin_problems.hpp"
 
-#include <costate/shooting/search.hpp>
+#include <costate/shooting/solve.hpp>
 
 #include <gtest/gtest.h>
 
@@ -25,17 +25,16 @@ Basin basin_of(const std::shared_ptr<const Problem>& problem) {
   const auto uniform = [&](double a, double b) { return a + (b - a) * (static_cast<double>(engine()) / 4294967296.0); };
   Basin basin;
   for (int i = 0; i < 200; ++i) {
-    Shooting shooting(problem);
-    Eigen::VectorXd guess(shooting.size());
+    Eigen::VectorXd guess = problem->start();
     guess[0] = uniform(0.5, 6.0);
     for (Eigen::Index j = 1; j < guess.size(); ++j) guess[j] = uniform(-1.0, 1.0);
     // A seed of its own for every guess, else one lucky draw would serve them all.
-    const MultiStart result = multi_start(shooting, guess, {}, {.seed = static_cast<unsigned>(i + 1)});
-    basin.seconds += result.solution.cost.seconds;
-    if (!result.solution.solved()) continue;
+    const Solution result = solve(problem, guess, {.random = RandomStarts{.seed = static_cast<unsigned>(i + 1)}});
+    basin.seconds += result.cost.seconds;
+    if (!result.solved()) continue;
     ++basin.solved;
     if (result.starts == 1) ++basin.at_first;
-    basin.final_times.push_back(result.solution.final_time());
+    basin.final_times.push_back(result.final_time());
   }
   return basin;
 }

@@ -234,33 +234,6 @@ TEST(Search, RefusesOptionsOutOfRange) {
   EXPECT_TRUE(contains(said({.starts = 3, .cost = "price"}), "price"));
 }
 
-TEST(MultiStart, FindsWhatOneStartDoesNot) {
-  // y³ − 2y + 2 has a minimum of 0.91 at √(2/3), from whose neighbourhood no descent leads out. The one root by Cardano's
-  // formula.
-  const auto problem = equations({{.name = "y", .guess = 1.0}}, {{"cubic"}}, [](Shot& shot) {
-    const Jet& y = shot.unknown(0);
-    return std::vector<Jet>{y * y * y - 2.0 * y + 2.0};
-  });
-  const double root = std::cbrt(-1.0 + std::sqrt(19.0 / 27.0)) + std::cbrt(-1.0 - std::sqrt(19.0 / 27.0));
-  Shooting shooting(problem);
-  const MultiStart result = multi_start(shooting, problem->start());
-  ASSERT_TRUE(result.solution.solved()) << result.solution.message;
-  EXPECT_GT(result.starts, 1);
-  EXPECT_EQ(result.converged, 1);
-  EXPECT_NEAR(result.solution.y[0], root, 2e-8);
-}
-
-TEST(MultiStart, TakesTheStartThatIsGiven) {
-  const auto problem = std::make_shared<DirichletProblem<Bratu>>(1.0, 5.0, 5.0);
-  Shooting shooting(problem);
-  for (const double slope : {0.5, 10.8}) {
-    const MultiStart result = multi_start(shooting, Eigen::VectorXd::Constant(1, slope));
-    ASSERT_TRUE(result.solution.solved());
-    EXPECT_EQ(result.starts, 1);
-    EXPECT_NEAR(result.solution.y[0], slope, 0.06);
-  }
-}
-
 /// y'' = 900 y, growth e³⁰ over a unit of time.
 struct Growth {
   static constexpr int states = 2, parameters = 0, quadratures = 0;
@@ -270,7 +243,7 @@ struct Growth {
   }
 };
 
-/// From y = 1 to y = 1 in the time 1, with a guess along the way, so that the arc is cut.
+/// From y = 1 to y = 1 in the time 1. The accuracy is out of reach as long as the arc is whole.
 class GrowingProblem final : public Problem {
  public:
   GrowingProblem() {
@@ -281,8 +254,8 @@ class GrowingProblem final : public Problem {
   void shoot(Shot& shot) const override {
     const ArcEnd end = shot.arc({.field = &field_, .t0 = 0.0, .t1 = 1.0, .state = {1.0, shot.unknown(0)}});
     shot.row(0, end.state[0] - 1.0);
+    shot.report("end_slope", "", end.state[1]);
   }
-  [[nodiscard]] std::optional<Eigen::VectorXd> state_guess(int, double) const override { return Eigen::Vector2d(1.0, 0.0); }
   [[nodiscard]] std::vector<Column> columns() const override { return {{"y", ""}}; }
   [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>&) const override {
     return {point.state[0]};
@@ -293,45 +266,70 @@ class GrowingProblem final : public Problem {
   FieldOf<Growth> field_;
 };
 
-TEST(MultiStart, BeginsWithWholeArcsWhateverWasSolvedBefore) {
-  Shooting shooting(std::make_shared<GrowingProblem>());
-  ASSERT_TRUE(solve(shooting, shooting.problem().start()).solved());
-  ASSERT_GT(shooting.size(), 1) << "the solve was to leave a cut arc behind";
-  const MultiStart result = multi_start(shooting, shooting.problem().start());
-  ASSERT_TRUE(result.solution.solved()) << result.solution.message;
-  const double slope = 30.0 * (1.0 - std::cosh(30.0)) / std::sinh(30.0);
-  EXPECT_NEAR(result.solution.y[0], slope, 1e-8 * 30.0);
+TEST(Search, FollowsStartsOnWholeArcsWhateverWasSolvedBefore) {
+  const auto problem = std::make_shared<GrowingProblem>();
+  const Search search = find_extremals(problem, {.starts = 6, .box = {{-31.0, -29.0}}});
+  ASSERT_EQ(search.extremals.size(), 1U) << search.summary();
+  const Solution& found = search.extremals[0].solution;
+  ASSERT_GT(found.nodes, 0) << "the solve was to cut the arc";
+  EXPECT_EQ(search.converged, 6) << search.summary();
+  EXPECT_NEAR(found.y[0], 30.0 * (1.0 - std::cosh(30.0)) / std::sinh(30.0), 30.0 * 1e-8);
 }
 
-TEST(MultiStart, SaysSoWhereThereIsNoSolution) {
+TEST(RandomStarts, FindsWhatOneStartDoesNot) {
+  // y³ − 2y + 2 has a minimum of 0.91 at √(2/3), from whose neighbourhood no descent leads out. The one root by Cardano's
+  // formula.
+  const auto problem = equations({{.name = "y", .guess = 1.0}}, {{"cubic"}}, [](Shot& shot) {
+    const Jet& y = shot.unknown(0);
+    return std::vector<Jet>{y * y * y - 2.0 * y + 2.0};
+  });
+  const double root = std::cbrt(-1.0 + std::sqrt(19.0 / 27.0)) + std::cbrt(-1.0 - std::sqrt(19.0 / 27.0));
+  const Solution result = solve(problem);
+  ASSERT_TRUE(result.solved()) << result.message;
+  EXPECT_GT(result.starts, 1);
+  EXPECT_EQ(result.arrived, 1);
+  EXPECT_NEAR(result.y[0], root, 2e-8);
+  EXPECT_EQ(solve(problem).starts, result.starts) << "the same seed makes the same starts";
+  EXPECT_FALSE(solve(problem, problem->start()).solved())
+      << "a start that is given is the only one unless others are asked for";
+}
+
+TEST(RandomStarts, TakesTheStartThatIsGiven) {
+  const auto problem = std::make_shared<DirichletProblem<Bratu>>(1.0, 5.0, 5.0);
+  for (const double slope : {0.5, 10.8}) {
+    const Solution result = solve(problem, Eigen::VectorXd::Constant(1, slope), {.random = RandomStarts{}});
+    ASSERT_TRUE(result.solved());
+    EXPECT_EQ(result.starts, 1);
+    EXPECT_NEAR(result.y[0], slope, 0.06);
+  }
+}
+
+TEST(RandomStarts, SaysSoWhereThereIsNoSolution) {
   const auto problem = equations({{.name = "y"}}, {{"sum of squares"}},
                                  [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });
-  Shooting shooting(problem);
-  const MultiStart none = multi_start(shooting, Eigen::VectorXd::Constant(1, 3.0), {}, {.starts = 20});
-  EXPECT_EQ(none.solution.status, Solution::Status::failed);
-  EXPECT_EQ(none.starts, 20);
-  EXPECT_EQ(none.converged, 0);
-  EXPECT_TRUE(contains(none.solution.message, "none of 20 starts")) << none.solution.message;
+  const Solution none = solve(problem, Eigen::VectorXd::Constant(1, 3.0), {.random = RandomStarts{.count = 20}});
+  EXPECT_EQ(none.status, Solution::Status::failed);
+  EXPECT_EQ(none.starts, 21);
+  EXPECT_EQ(none.arrived, 0);
+  EXPECT_TRUE(contains(none.message, "of 21 starts 0 led to a root")) << none.message;
 
-  Shooting limited(std::make_shared<small::LeastEffortTransfer>(1.0, 1.4));
-  const MultiStart refused = multi_start(limited, limited.problem().start(), {}, {.starts = 5});
-  EXPECT_EQ(refused.solution.status, Solution::Status::refused);
-  EXPECT_EQ(refused.converged, 5);
-  EXPECT_TRUE(contains(refused.solution.message, "speed below its limit")) << refused.solution.message;
+  const auto limited = std::make_shared<small::LeastEffortTransfer>(1.0, 1.4);
+  const Solution refused = solve(limited, {.random = RandomStarts{.count = 5}});
+  EXPECT_EQ(refused.status, Solution::Status::refused);
+  EXPECT_EQ(refused.arrived, 6);
+  EXPECT_TRUE(contains(refused.message, "speed below its limit")) << refused.message;
 }
 
-TEST(MultiStart, RefusesOptionsOutOfRange) {
-  Shooting shooting(std::make_shared<DirichletProblem<Pendulum>>(10.0, 0.0, 1.0));
-  const auto said = [&](const Eigen::VectorXd& start, const MultiStartOptions& options) {
-    return thrown<BadInput>([&] { (void)multi_start(shooting, start, {}, options); });
+TEST(RandomStarts, RefusesOptionsOutOfRange) {
+  const auto problem = equations({{.name = "y", .guess = 3.0}}, {{"sum of squares"}},
+                                 [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });
+  const auto said = [&](const RandomStarts& random) {
+    return thrown<BadInput>([&] { (void)solve(problem, {.random = random}); });
   };
-  const Eigen::VectorXd start = Eigen::VectorXd::Zero(1);
-  EXPECT_TRUE(contains(said(start, {.starts = 0}), "starts = 0"));
-  EXPECT_TRUE(contains(said(start, {.max_seconds = -1.0}), "max_seconds = -1"));
-  EXPECT_TRUE(contains(said(start, {.radius = 0.0}), "radius = 0"));
-  EXPECT_TRUE(contains(said(start, {.max_steps = 0}), "max_steps = 0"));
-  EXPECT_TRUE(contains(said(Eigen::VectorXd::Zero(2), {}), "2 values"));
-  EXPECT_TRUE(contains(said(Eigen::VectorXd::Constant(1, std::nan("")), {}), "not a finite number"));
+  EXPECT_TRUE(contains(said({.count = -1}), "count = -1"));
+  EXPECT_TRUE(contains(said({.radius = 0.0}), "radius = 0"));
+  EXPECT_TRUE(contains(said({.max_steps = 0}), "max_steps = 0"));
+  EXPECT_TRUE(contains(said({.max_total_steps = 0}), "max_total_steps = 0"));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "hunt.hpp"
 
+#include "attempt.hpp"
+
 #include <algorithm>
 
 namespace costate {
@@ -36,7 +38,7 @@ Hunt::Outcome Hunt::follow(const Eigen::VectorXd& start) {
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     if (near(y, orientation, roots_[i])) return met(i);
   }
-  Solution solution = solve(shooting_, y, options_.solve);
+  Solution solution = attempt(shooting_, {y, {}}, options_.solve);
   iterations_ += solution.cost.newton_iterations;
   if (solution.status == Solution::Status::failed) {
     solution.y = y;  // where the loose integration sees a root: the next start that arrives there is not followed further

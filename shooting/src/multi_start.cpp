@@ -1,7 +1,7 @@
+#include "attempt.hpp"
 #include "hunt.hpp"
 
 #include <costate/error.hpp>
-#include <costate/shooting/search.hpp>
 
 #include <algorithm>
 #include <array>
@@ -13,28 +13,28 @@ namespace costate {
 
 namespace {
 
-void check_options(const MultiStartOptions& options) {
-  if (options.starts < 1) throw BadInput(fmt::format("starts = {} is not admissible: 1 or more", options.starts));
-  if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
-  if (!(options.max_seconds > 0.0)) {
-    throw BadInput(fmt::format("max_seconds = {:g} is not admissible: a positive number of seconds", options.max_seconds));
+void check_random(const RandomStarts& random) {
+  if (random.count < 0) throw BadInput(fmt::format("random.count = {} is not admissible: 0 or more", random.count));
+  if (random.max_steps < 1)
+    throw BadInput(fmt::format("random.max_steps = {} is not admissible: 1 or more", random.max_steps));
+  if (random.max_total_steps < 1) {
+    throw BadInput(fmt::format("random.max_total_steps = {} is not admissible: 1 or more", random.max_total_steps));
   }
-  if (!(options.radius > 0.0 && std::isfinite(options.radius))) {
-    throw BadInput(fmt::format("radius = {:g} is not admissible: a positive number of scales", options.radius));
+  if (!(random.radius > 0.0 && std::isfinite(random.radius))) {
+    throw BadInput(fmt::format("random.radius = {:g} is not admissible: a positive number of scales", random.radius));
   }
 }
 
 /// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem
-/// states. Where these are the same, the other centre is 0: the scales are typical magnitudes. Made of a shooting with whole
-/// arcs.
+/// states. Where these are the same, the other centre is 0: the scales are typical magnitudes.
 class Around {
  public:
-  Around(const Eigen::VectorXd& start, const Shooting& shooting, const MultiStartOptions& options)
+  Around(const Eigen::VectorXd& start, const Shooting& shooting, const RandomStarts& random)
       : centers_{start, other_than(start, shooting.problem().start())},
         scales_(shooting.unknown_scales()),
         bounds_(Bounds::of(shooting)),
-        radius_(options.radius),
-        uniform_(options.seed) {}
+        radius_(random.radius),
+        uniform_(random.seed) {}
 
   Eigen::VectorXd next() {
     const Eigen::VectorXd& center = centers_[count_ % 2];
@@ -68,43 +68,29 @@ class Around {
 
 }  // namespace
 
-MultiStart multi_start(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options,
-                       const MultiStartOptions& multiple) {
-  check_options(multiple);
-  if (start.size() != shooting.border()) {
-    throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.border()));
-  }
-  if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
+Solution attempt_at_random(Shooting& shooting, const Eigen::VectorXd& around, const SolveOptions& options,
+                           const RandomStarts& random) {
+  check_random(random);
   // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known when it is met again.
-  Hunt hunt(shooting, {.solve = options, .tolerance = 1e-4, .max_steps = multiple.max_steps, .same = 1e-2});
-  Around around(start, shooting, multiple);
-  MultiStart result;
-  long last_resort = 0;  // Newton iterations that the hunt does not know of
-  Eigen::VectorXd next = start;
-  while (true) {
-    const Hunt::Outcome outcome = hunt.follow(next);
-    ++result.starts;
-    if (outcome.root >= 0) {
-      const Solution& found = hunt.roots()[static_cast<std::size_t>(outcome.root)].solution;
-      if (found.status != Solution::Status::failed) ++result.converged;
-      if (found.solved()) {
-        result.solution = found;
-        break;
-      }
-    }
-    if (result.starts == multiple.starts || hunt.cost().seconds >= multiple.max_seconds) {
-      result.solution = solve(shooting, start, options);
-      last_resort = result.solution.cost.newton_iterations;
-      if (!result.solution.solved()) {
-        result.solution.message += fmt::format("; none of {} starts around it led to a solution either", result.starts);
-      }
-      break;
-    }
-    next = around.next();
+  HuntOptions hunting{.solve = options, .tolerance = 1e-4, .max_steps = random.max_steps, .same = 1e-2};
+  hunting.solve.homotopy.reset();  // what a start arrives at is near a root of the wanted problem already
+  Hunt hunt(shooting, hunting);
+  Around starts(around, shooting, random);
+  Solution best;
+  int made = 0, arrived = 0;
+  while (made < random.count && hunt.cost().steps < random.max_total_steps && !best.solved()) {
+    ++made;
+    const Hunt::Outcome outcome = hunt.follow(starts.next());
+    if (outcome.root < 0) continue;
+    const Solution& found = hunt.roots()[static_cast<std::size_t>(outcome.root)].solution;
+    if (found.status == Solution::Status::failed) continue;
+    ++arrived;
+    if (found.solved() || best.status == Solution::Status::failed) best = found;
   }
-  result.solution.cost = hunt.cost();
-  result.solution.cost.newton_iterations += last_resort;
-  return result;
+  best.starts = made;
+  best.arrived = arrived;
+  best.cost = hunt.cost();
+  return best;
 }
 
 }  // namespace costate

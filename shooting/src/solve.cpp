@@ -1,4 +1,5 @@
 #include "approach.hpp"
+#include "attempt.hpp"
 #include "diagnosis.hpp"
 #include "opinions.hpp"
 #include "verify.hpp"
@@ -24,20 +25,6 @@ constexpr double verify_factor = 0.02;
 double excess(const Quantity& quantity, double accuracy) {
   const double ratio = quantity.error_bound / (accuracy * std::max(1.0, std::abs(quantity.value)));
   return std::isfinite(ratio) ? ratio : std::numeric_limits<double>::infinity();
-}
-
-void check_options(const SolveOptions& options) {
-  if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
-    throw BadInput(
-        fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy, coarsest_accuracy));
-  }
-  if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
-  if (options.max_iterations < 1) {
-    throw BadInput(fmt::format("max_iterations = {} is not admissible: 1 or more", options.max_iterations));
-  }
-  if (!(options.max_step > 0.0 && std::isfinite(options.max_step))) {
-    throw BadInput(fmt::format("max_step = {:g} is not admissible: a positive number", options.max_step));
-  }
 }
 
 class Solver {
@@ -220,6 +207,24 @@ class Solver {
 
 }  // namespace
 
+void check_options(const SolveOptions& options) {
+  if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
+    throw BadInput(
+        fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy, coarsest_accuracy));
+  }
+  if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
+  if (options.max_iterations < 1) {
+    throw BadInput(fmt::format("max_iterations = {} is not admissible: 1 or more", options.max_iterations));
+  }
+  if (!(options.max_step > 0.0 && std::isfinite(options.max_step))) {
+    throw BadInput(fmt::format("max_step = {:g} is not admissible: a positive number", options.max_step));
+  }
+}
+
+Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options) {
+  return Solver(shooting, options).run(start);
+}
+
 double thread_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -233,16 +238,32 @@ Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& star
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
   const Problem& problem = shooting.problem();
-  Start first{start, [&](int arc, double fraction) { return problem.state_guess(arc, fraction); }};
-  Solution solution = Solver(shooting, options).run(first);
-  if (solution.solved()) return solution;
+  const auto guess = [&](int arc, double fraction) { return problem.state_guess(arc, fraction); };
+  Solution first = attempt(shooting, {start, guess}, options);
+  first.arrived = first.status == Solution::Status::failed ? 0 : 1;
+  if (first.solved() || !options.random) return first;
+  // What the start led to is what is told of a solve that fails; but a root, if refused, says more than none.
+  const auto taken = [&first](Solution&& next) {
+    next.starts += first.starts;
+    next.arrived += first.arrived;
+    next.cost.add(first.cost);
+    if (next.solved() || (first.status == Solution::Status::failed && next.status == Solution::Status::refused)) {
+      first = std::move(next);
+    } else {
+      first.starts = next.starts;
+      first.arrived = next.arrived;
+      first.cost = next.cost;
+    }
+    return first.solved();
+  };
   if (const auto other = problem.search_start(shooting.parameters())) {
-    Solution second = Solver(shooting, options).run(*other);
-    second.cost.add(solution.cost);
-    if (second.solved()) return second;
-    solution.cost = second.cost;
+    Solution second = attempt(shooting, *other, options);
+    second.arrived = second.status == Solution::Status::failed ? 0 : 1;
+    if (taken(std::move(second))) return first;
   }
-  return solution;
+  if (!taken(attempt_at_random(shooting, start, options, *options.random)))
+    first.message += fmt::format("; of {} starts {} led to a root, none to a solution", first.starts, first.arrived);
+  return first;
 }
 
 Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Eigen::VectorXd>& start,
@@ -253,7 +274,9 @@ Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Ei
 
 Solution solve(std::shared_ptr<const Problem> problem, const SolveOptions& options) {
   const Eigen::VectorXd start = problem->start();
-  return solve(std::move(problem), start, options);
+  SolveOptions everything = options;
+  if (!everything.random) everything.random.emplace();
+  return solve(std::move(problem), start, everything);
 }
 
 }  // namespace costate

@@ -64,28 +64,4 @@ struct Search {
 /// \throws BadInput for options out of range, or a cost that the problem does not report.
 [[nodiscard]] Search find_extremals(std::shared_ptr<const Problem> problem, const SearchOptions& options = {});
 
-struct MultiStartOptions {
-  unsigned seed = 1;
-  int starts = 300;           ///< at most
-  double max_seconds = 10.0;  ///< CPU time after which no other start is made
-  double radius = 1.0;        ///< of the smallest box around the start, in scales of the unknowns
-  long max_steps = 500;       ///< per arc: a start whose arcs need more is not followed
-};
-
-struct MultiStart {
-  Solution solution;  ///< verified; or, if none was found, what `solve` says of the start
-  int starts = 0;     ///< made, the one asked for included
-  int converged = 0;  ///< of these, led to a root, refused or not
-};
-
-/// Damped Newton iterations (Deuflhard's natural levels) at a loose tolerance, from `start` and then from seeded random
-/// starts, until one leads to a verified solution; roots that are refused are passed over. By turns a start is drawn around
-/// `start` and around the guesses that the problem states (around 0, if these are the start), the k-th of a centre from a
-/// box of 2ⁿ times the radius, n being how often 2 divides k: half of them from the smallest box, a quarter from one twice
-/// as wide, and so on, so that no distance has to be known. If nothing is found, `solve` is asked, whose tolerances are
-/// tighter.
-/// \throws BadInput as `solve`, and for options out of range.
-[[nodiscard]] MultiStart multi_start(Shooting& shooting, const Eigen::VectorXd& start, const SolveOptions& options = {},
-                                     const MultiStartOptions& multiple = {});
-
 }  // namespace costate
