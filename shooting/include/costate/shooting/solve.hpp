@@ -21,7 +21,7 @@ struct Homotopy {
 /// Seeded random starts. The k-th is drawn, within the domains of the unknowns, from a box of 2ⁿ times the radius, n being how often 2
 /// divides k: half of the starts from the smallest box, a quarter from one twice as wide, and so on, so that a solution at any distance
 /// is reached, at no more than twice the starts its own box would take for every halving. Boxes are by turns around the start that
-/// was asked for and around the guesses that the problem states.
+/// was asked for and around the guesses that the problem states (around 0, where these are the start).
 struct RandomStarts {
   unsigned seed = 1;               ///< the same seed gives the same starts on every machine
   int count = 300;                 ///< at most
