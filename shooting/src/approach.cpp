@@ -85,13 +85,13 @@ bool Approach::cut_along(const Start& start, Eigen::VectorXd& point) {
   return !shooting_.cuts().empty();
 }
 
-/// Single shooting: KINSOL, and damped steps where that fails and the start is more than a guess of unknowns.
+/// Single shooting.
 bool Approach::whole(const Start& start, Eigen::VectorXd& point) {
   shooting_.set_mesh({});
   point = start.unknowns;
-  if (near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
+  if (effort_ == Effort::full && near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
   point = start.unknowns;
-  if (start.state && globalise(point, 1)) return true;
+  if (globalise(point, 1)) return true;
   shooting_.set_mesh({});
   point = start.unknowns;
   return false;

@@ -2,15 +2,12 @@
 /// One start of a solve, and what follows where it leads nowhere. Private to the shooting library.
 #pragma once
 
-#include <costate/shooting/solve.hpp>
+#include "approach.hpp"
 
 namespace costate {
 
 /// \throws BadInput naming an option out of range
 void check_options(const SolveOptions& options);
-
-/// A brief attempt ends where cheap steps do not lead near a root; a full one tries tight tolerances even then.
-enum class Effort { brief, full };
 
 /// Solves from one start, and verifies.
 [[nodiscard]] Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options, Effort effort = Effort::full);

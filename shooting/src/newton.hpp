@@ -6,6 +6,7 @@
 /// λΔ), the one that follows with the same Jacobian, is shorter: ‖Δ̄‖ ≤ (1 − λ/4)‖Δ‖. λ is predicted from what the last step
 /// told of the Lipschitz constant of J, and corrected within the step by
 ///
+///     λ ← ½λ²‖Δ‖ / ‖Δ̄ − (1 − λ)Δ‖.
 ///
 /// Against a line search on ‖R‖ it does not creep along the valleys of an ill-conditioned J, and sees after a few
 /// evaluations when it leads nowhere. Reference: P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.3.2,

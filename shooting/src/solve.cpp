@@ -30,21 +30,22 @@ double excess(const Quantity& quantity, double accuracy) {
 
 class Solver {
  public:
-  Solver(Shooting& shooting, const SolveOptions& options)
+  Solver(Shooting& shooting, const SolveOptions& options, Effort effort)
       : shooting_(shooting),
         options_(options),
+        effort_(effort),
         before_(shooting.statistics()),
-        approach_(shooting, options_, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
+        approach_(shooting, options_, effort, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
     solution_.problem = shooting.shared_problem();
     solution_.parameters = shooting.parameters();
   }
 
-  Solution run(const Start& start, Effort effort) {
+  Solution run(const Start& start) {
     const double began = thread_seconds();
     shooting_.set_step_limit(before_.steps + options_.max_total_steps);
     try {
       const bool near = approach_.run(start, point_);
-      if (!near && effort == Effort::brief) {
+      if (!near && effort_ == Effort::brief) {
         solution_.message = approach_.reason();
       } else if (refine()) {
         verify();
@@ -211,6 +212,7 @@ class Solver {
 
   Shooting& shooting_;
   SolveOptions options_;
+  Effort effort_;
   Statistics before_;
   Approach approach_;
   bool cut_ = false;       ///< where the arcs grow, for the sake of accuracy
@@ -238,7 +240,7 @@ void check_options(const SolveOptions& options) {
 }
 
 Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options, Effort effort) {
-  Solution solution = Solver(shooting, options).run(start, effort);
+  Solution solution = Solver(shooting, options, effort).run(start);
   solution.arrived = solution.status == Solution::Status::failed ? 0 : 1;
   return solution;
 }
@@ -284,7 +286,11 @@ Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& star
       take(attempt(shooting, *other, options, Effort::brief));
   }
   if (!found.solved()) take(attempt_at_random(shooting, start, options, *options.random));
-  if (found.status == Solution::Status::failed) take(attempt(shooting, given, options));
+  if (found.status == Solution::Status::failed) {
+    Solution last = attempt(shooting, given, options);
+    last.starts = 0;  // the first again
+    take(std::move(last));
+  }
   if (!found.solved())
     found.message += fmt::format("; of {} starts {} led to a root, none to a solution", found.starts, found.arrived);
   return found;
