@@ -1,6 +1,6 @@
 /// \file
-/// Two problems in their plainest formulation, all costates at the start and the final time unknown, for measuring from how many
-/// random guesses a method arrives.
+/// Two problems in their plainest formulation, all costates at the start and the final time unknown, for measuring from how
+/// many random guesses a method arrives.
 #pragma once
 
 #include <costate/models/disk.hpp>
@@ -14,8 +14,9 @@
 
 namespace costate::basin {
 
-/// A disk rolls in minimum time from (0, 0), heading 0, to (1, 1), heading π/2, with r = √6 m and c₁ = 1 m/s (no friction limit).
-/// Unknowns t_f, λx, λy; λφ(0) = √(1 − λx²) from H = 0. One extremal, t_f = 2.21170647166983626 (elliptic closed form).
+/// A disk rolls in minimum time from (0, 0), heading 0, to (1, 1), heading π/2, with r = √6 m and c₁ = 1 m/s (no friction
+/// limit). Unknowns t_f, λx, λy; λφ(0) = √(1 − λx²) from H = 0. One extremal, t_f = 2.21170647166983626 (elliptic closed
+/// form).
 class DiskTransfer final : public Problem {
  public:
   static constexpr double final_time = 2.21170647166983626;
@@ -55,10 +56,10 @@ class DiskTransfer final : public Problem {
   FieldOf<disk::FreeArc> field_;
 };
 
-/// A bead on a wire through a resisting medium, from (0, 0) at 2 m/s to (6, −1) m in minimum time (the default scene of drag.hpp).
-/// Unknowns t_f and the three costates at the start; rows x, y, λv at the end and H at the start. Two extremals,
-/// t_f = 1.4687921521171958 and, a deep dive, 1.860214189843321 (collocation in extended precision), and roots with v < 0, which are
-/// no motions.
+/// A bead on a wire through a resisting medium, from (0, 0) at 2 m/s to (6, −1) m in minimum time (the default scene of
+/// drag.hpp). Unknowns t_f and the three costates at the start; rows x, y, λv at the end and H at the start. Two extremals,
+/// t_f = 1.4687921521171958 and, a deep dive, 1.860214189843321 (collocation in extended precision), and roots with v < 0,
+/// which are no motions.
 class DragTransfer final : public Problem {
  public:
   static constexpr double final_time = 1.4687921521171958, dive_time = 1.860214189843321;

@@ -87,7 +87,8 @@ TEST(Search, FindsBothSolutionsOfBratusEquation) {
 }
 
 TEST(Search, FindsAllSwingsOfThePendulum) {
-  // From 0 to 0 in the time T in n half swings of modulus k, T = 2n K(k), y'(0) = ±2k: for T = 10 there are n = 1, 2, 3 and rest.
+  // From 0 to 0 in the time T in n half swings of modulus k, T = 2n K(k), y'(0) = ±2k: for T = 10 there are n = 1, 2, 3 and
+  // rest.
   constexpr double T = 10.0;
   std::vector<double> slopes{0.0};
   for (int n = 1; 2.0 * n * std::comp_ellint_1(0.0) < T; ++n) {
@@ -233,8 +234,51 @@ TEST(Search, RefusesOptionsOutOfRange) {
   EXPECT_TRUE(contains(said({.starts = 3, .cost = "price"}), "price"));
 }
 
+/// y'' = 900 y, growth e³⁰ over a unit of time.
+struct Growth {
+  static constexpr int states = 2, parameters = 0, quadratures = 0;
+  template <class S>
+  Rates<S, 2, 0> rates(const S&, const Vec<S, 2>& z, const Vec<S, 0>&) const {
+    return {{z[1], 900.0 * z[0]}, {}};
+  }
+};
+
+/// From y = 1 to y = 1 in the time 1. The accuracy is out of reach as long as the arc is whole.
+class GrowingProblem final : public Problem {
+ public:
+  GrowingProblem() {
+    unknowns_ = {{.name = "slope", .scale = 30.0}};
+    rows_ = {{"end value"}};
+    structure_ = {"arc"};
+  }
+  void shoot(Shot& shot) const override {
+    const ArcEnd end = shot.arc({.field = &field_, .t0 = 0.0, .t1 = 1.0, .state = {1.0, shot.unknown(0)}});
+    shot.row(0, end.state[0] - 1.0);
+    shot.report("end_slope", "", end.state[1]);
+  }
+  [[nodiscard]] std::vector<Column> columns() const override { return {{"y", ""}}; }
+  [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>&) const override {
+    return {point.state[0]};
+  }
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint&, const std::vector<double>&) const override { return {}; }
+
+ private:
+  FieldOf<Growth> field_;
+};
+
+TEST(Search, FollowsStartsOnWholeArcsWhateverWasSolvedBefore) {
+  const auto problem = std::make_shared<GrowingProblem>();
+  const Search search = find_extremals(problem, {.starts = 6, .box = {{-31.0, -29.0}}});
+  ASSERT_EQ(search.extremals.size(), 1U) << search.summary();
+  const Solution& found = search.extremals[0].solution;
+  ASSERT_GT(found.nodes, 0) << "the solve was to cut the arc";
+  EXPECT_EQ(search.converged, 6) << search.summary();
+  EXPECT_NEAR(found.y[0], 30.0 * (1.0 - std::cosh(30.0)) / std::sinh(30.0), 30.0 * 1e-8);
+}
+
 TEST(RandomStarts, FindsWhatOneStartDoesNot) {
-  // y³ − 2y + 2 has a minimum of 0.91 at √(2/3), from whose neighbourhood no descent leads out. The one root by Cardano's formula.
+  // y³ − 2y + 2 has a minimum of 0.91 at √(2/3), from whose neighbourhood no descent leads out. The one root by Cardano's
+  // formula.
   const auto problem = equations({{.name = "y", .guess = 1.0}}, {{"cubic"}}, [](Shot& shot) {
     const Jet& y = shot.unknown(0);
     return std::vector<Jet>{y * y * y - 2.0 * y + 2.0};

@@ -57,18 +57,42 @@ bool Approach::run(const Start& start, Eigen::VectorXd& point) {
 }
 
 bool Approach::from_start(const Start& start, Eigen::VectorXd& point) {
+  constexpr int rounds = 40;
+  const bool grows = options_.multiple && !stays_whole(start);
+  if (!grows && whole(start, point)) return true;
+  if (options_.multiple && cut_along(start, point) && globalise(point, rounds)) return true;
+  return grows && whole(start, point);
+}
+
+// Where the arcs cannot be sketched nothing can be said of them, and there is nothing to put nodes on.
+bool Approach::stays_whole(const Start& start) {
   try {
-    if (options_.multiple) apply(mesh_along_guess(shooting_, start, short_segments), shooting_, point);
+    return can_stay_whole(shooting_, start, {});
   } catch (const LeftDomain&) {
-    // Where the arcs cannot be sketched there is nothing to put nodes on.
+    return true;
   }
-  if (!shooting_.cuts().empty()) {
-    constexpr int rounds = 40;
-    if (globalise(point, rounds)) return true;
-    shooting_.set_mesh({});
-    point = start.unknowns;
+}
+
+/// Are there nodes along the states of the start?
+bool Approach::cut_along(const Start& start, Eigen::VectorXd& point) {
+  shooting_.set_mesh({});
+  point = start.unknowns;
+  try {
+    apply(mesh_along_guess(shooting_, start, short_segments), shooting_, point);
+  } catch (const LeftDomain&) {
+    return false;
   }
-  if (near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
+  return !shooting_.cuts().empty();
+}
+
+/// Single shooting.
+bool Approach::whole(const Start& start, Eigen::VectorXd& point) {
+  shooting_.set_mesh({});
+  point = start.unknowns;
+  if (effort_ == Effort::full && near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
+  point = start.unknowns;
+  if (globalise(point, 1)) return true;
+  shooting_.set_mesh({});
   point = start.unknowns;
   return false;
 }

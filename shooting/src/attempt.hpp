@@ -2,7 +2,7 @@
 /// One start of a solve, and what follows where it leads nowhere. Private to the shooting library.
 #pragma once
 
-#include <costate/shooting/solve.hpp>
+#include "approach.hpp"
 
 namespace costate {
 
@@ -10,7 +10,7 @@ namespace costate {
 void check_options(const SolveOptions& options);
 
 /// Solves from one start, and verifies.
-[[nodiscard]] Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options);
+[[nodiscard]] Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options, Effort effort = Effort::full);
 
 /// Solves from random starts around one, until one leads to a verified solution: that, or else the first root that was refused, or a failed
 /// solution without a message. Its counts and cost are those of all starts.

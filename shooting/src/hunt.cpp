@@ -6,8 +6,18 @@
 
 namespace costate {
 
+namespace {
+
+/// The shooting with its arcs whole, whatever was solved with it before: starts are of the problem's own unknowns alone.
+Shooting& whole(Shooting& shooting) {
+  shooting.set_mesh({});
+  return shooting;
+}
+
+}  // namespace
+
 Hunt::Hunt(Shooting& shooting, const HuntOptions& options)
-    : shooting_(shooting),
+    : shooting_(whole(shooting)),
       options_(options),
       system_(shooting),
       bounds_(Bounds::of(shooting)),
@@ -15,9 +25,9 @@ Hunt::Hunt(Shooting& shooting, const HuntOptions& options)
       before_(shooting.statistics()) {}
 
 Hunt::Outcome Hunt::follow(const Eigen::VectorXd& start) {
-  shooting_.set_flow_options({.tolerance = {.relative = options_.tolerance, .absolute = options_.tolerance},
-                              .method = options_.solve.method,
-                              .max_steps = std::min(options_.max_steps, options_.solve.max_steps)});
+  whole(shooting_).set_flow_options({.tolerance = {.relative = options_.tolerance, .absolute = options_.tolerance},
+                                     .method = options_.solve.method,
+                                     .max_steps = std::min(options_.max_steps, options_.solve.max_steps)});
   Eigen::VectorXd y = start;
   const NewtonResult result = natural_newton(system_, y, scales_, bounds_,
                                              {.residual_tolerance = 10.0 * options_.tolerance,

@@ -1,6 +1,6 @@
 /// \file
-/// From starts to roots, many times over: a start is followed at a loose tolerance, and only a root not met before is solved to the
-/// accuracy and verified.
+/// From starts to roots, many times over: a start is followed at a loose tolerance, and only a root not met before is solved
+/// to the accuracy and verified.
 #pragma once
 
 #include "newton.hpp"
@@ -29,8 +29,8 @@ struct HuntOptions {
   SolveOptions solve;       ///< for roots not met before
   double tolerance = 1e-6;  ///< of the integrations that follow a start
   long max_steps = 1000;    ///< of these, per arc
-  /// A start that arrives within this scaled distance of a root met before, with the same sign of det J, has found that root. Else it
-  /// is solved, and the error bounds of the two decide.
+  /// A start that arrives within this scaled distance of a root met before, with the same sign of det J, has found that
+  /// root. Else it is solved, and the error bounds of the two decide.
   double same = 1e-5;
 };
 

@@ -25,11 +25,12 @@ void check_random(const RandomStarts& random) {
   }
 }
 
-/// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem states.
+/// Starts within the domains of the unknowns, by turns around the start asked for and around the guesses that the problem
+/// states. Where these are the same, the other centre is 0: the scales are typical magnitudes.
 class Around {
  public:
   Around(const Eigen::VectorXd& start, const Shooting& shooting, const RandomStarts& random)
-      : centers_{start, shooting.problem().start()},
+      : centers_{start, other_than(start, shooting.problem().start())},
         scales_(shooting.unknown_scales()),
         bounds_(Bounds::of(shooting)),
         radius_(random.radius),
@@ -53,6 +54,10 @@ class Around {
   }
 
  private:
+  static Eigen::VectorXd other_than(const Eigen::VectorXd& start, const Eigen::VectorXd& guess) {
+    return guess == start ? Eigen::VectorXd::Zero(start.size()) : guess;
+  }
+
   std::array<Eigen::VectorXd, 2> centers_;
   Eigen::VectorXd scales_;
   Bounds bounds_;
@@ -66,9 +71,10 @@ class Around {
 Solution attempt_at_random(Shooting& shooting, const Eigen::VectorXd& around, const SolveOptions& options,
                            const RandomStarts& random) {
   check_random(random);
-  shooting.set_mesh({});
-  // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known again when it is met again.
-  Hunt hunt(shooting, {.solve = options, .tolerance = 1e-4, .max_steps = random.max_steps, .same = 1e-2});
+  // Coarse: the starts only have to reach a root's neighbourhood, and a refused root must be known when it is met again.
+  HuntOptions hunting{.solve = options, .tolerance = 1e-4, .max_steps = random.max_steps, .same = 1e-2};
+  hunting.solve.homotopy.reset();  // what a start arrives at is near a root of the wanted problem already
+  Hunt hunt(shooting, hunting);
   Around starts(around, shooting, random);
   Solution best;
   int made = 0, arrived = 0;

@@ -1,14 +1,16 @@
 /// \file
-/// Newton's method damped by natural levels: what it does depends on the unknowns alone, not on how the equations are scaled.
+/// Newton's method damped by natural levels: what it does depends on the unknowns alone, not on how the equations are
+/// scaled.
 ///
-/// With the correction Δ = −J(y)⁻¹R(y) a damping λ ∈ (0, 1] is admissible if the simplified correction Δ̄ = −J(y)⁻¹R(y + λΔ), the
-/// one that follows with the same Jacobian, is shorter: ‖Δ̄‖ ≤ (1 − λ/4)‖Δ‖. λ is predicted from what the last step told of the
-/// Lipschitz constant of J, and corrected within the step by
+/// With the correction Δ = −J(y)⁻¹R(y) a damping λ ∈ (0, 1] is admissible if the simplified correction Δ̄ = −J(y)⁻¹R(y +
+/// λΔ), the one that follows with the same Jacobian, is shorter: ‖Δ̄‖ ≤ (1 − λ/4)‖Δ‖. λ is predicted from what the last step
+/// told of the Lipschitz constant of J, and corrected within the step by
 ///
 ///     λ ← ½λ²‖Δ‖ / ‖Δ̄ − (1 − λ)Δ‖.
 ///
-/// Against a line search on ‖R‖ it does not creep along the valleys of an ill-conditioned J, and sees after a few evaluations when it
-/// leads nowhere. Reference: P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.3.2, algorithm NLEQ-ERR.
+/// Against a line search on ‖R‖ it does not creep along the valleys of an ill-conditioned J, and sees after a few
+/// evaluations when it leads nowhere. Reference: P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.3.2,
+/// algorithm NLEQ-ERR.
 #pragma once
 
 #include "staircase.hpp"
@@ -34,8 +36,8 @@ class NewtonSystem {
   virtual Eigen::VectorXd correction(const Eigen::VectorXd& r) = 0;
 };
 
-/// Limits that iterates do not cross: a step that would is cut to nine tenths of the way. Where the start itself is beyond a limit
-/// that limit does not hold.
+/// Limits that iterates do not cross: a step that would is cut to nine tenths of the way. Where the start itself is beyond a
+/// limit that limit does not hold.
 struct Bounds {
   Eigen::VectorXd lower, upper;
   /// Those of a shooting's unknowns; nodes have none.

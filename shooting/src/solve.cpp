@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <limits>
 #include <fmt/format.h>
 
 namespace costate {
@@ -29,19 +30,32 @@ double excess(const Quantity& quantity, double accuracy) {
 
 class Solver {
  public:
-  Solver(Shooting& shooting, const SolveOptions& options)
+  Solver(Shooting& shooting, const SolveOptions& options, Effort effort)
       : shooting_(shooting),
         options_(options),
+        effort_(effort),
         before_(shooting.statistics()),
-        approach_(shooting, options_, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
+        approach_(shooting, options_, effort, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
     solution_.problem = shooting.shared_problem();
     solution_.parameters = shooting.parameters();
   }
 
   Solution run(const Start& start) {
     const double began = thread_seconds();
-    approach_.run(start, point_);
-    if (refine()) verify();
+    shooting_.set_step_limit(before_.steps + options_.max_total_steps);
+    try {
+      const bool near = approach_.run(start, point_);
+      if (!near && effort_ == Effort::brief) {
+        solution_.message = approach_.reason();
+      } else if (refine()) {
+        verify();
+      }
+    } catch (const BudgetSpent&) {
+      solution_.message = fmt::format("given up: {} integration steps are spent{}{}; try {}", options_.max_total_steps,
+                                      approach_.reason().empty() ? "" : "; the last difficulty was: ", approach_.reason(),
+                                      options_.advice);
+    }
+    shooting_.set_step_limit(std::numeric_limits<long>::max());
     solution_.y = point_.head(shooting_.border());
     solution_.nodes = static_cast<int>(shooting_.node_sizes().size());
     const Statistics now = shooting_.statistics();
@@ -198,6 +212,7 @@ class Solver {
 
   Shooting& shooting_;
   SolveOptions options_;
+  Effort effort_;
   Statistics before_;
   Approach approach_;
   bool cut_ = false;       ///< where the arcs grow, for the sake of accuracy
@@ -213,6 +228,9 @@ void check_options(const SolveOptions& options) {
         fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy, coarsest_accuracy));
   }
   if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
+  if (options.max_total_steps < 1) {
+    throw BadInput(fmt::format("max_total_steps = {} is not admissible: 1 or more", options.max_total_steps));
+  }
   if (options.max_iterations < 1) {
     throw BadInput(fmt::format("max_iterations = {} is not admissible: 1 or more", options.max_iterations));
   }
@@ -221,8 +239,10 @@ void check_options(const SolveOptions& options) {
   }
 }
 
-Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options) {
-  return Solver(shooting, options).run(start);
+Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options, Effort effort) {
+  Solution solution = Solver(shooting, options, effort).run(start);
+  solution.arrived = solution.status == Solution::Status::failed ? 0 : 1;
+  return solution;
 }
 
 double thread_seconds() {
@@ -238,32 +258,42 @@ Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& star
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
   const Problem& problem = shooting.problem();
-  const auto guess = [&](int arc, double fraction) { return problem.state_guess(arc, fraction); };
-  Solution first = attempt(shooting, {start, guess}, options);
-  first.arrived = first.status == Solution::Status::failed ? 0 : 1;
-  if (first.solved() || !options.random) return first;
-  // What the start led to is what is told of a solve that fails; but a root, if refused, says more than none.
-  const auto taken = [&first](Solution&& next) {
-    next.starts += first.starts;
-    next.arrived += first.arrived;
-    next.cost.add(first.cost);
-    if (next.solved() || (first.status == Solution::Status::failed && next.status == Solution::Status::refused)) {
-      first = std::move(next);
+  const Start given{start, [&](int arc, double fraction) { return problem.state_guess(arc, fraction); }};
+  if (!options.random) return attempt(shooting, given, options);
+  const long exhausted = shooting.statistics().exhausted;
+  Solution found = attempt(shooting, given, options, Effort::brief);
+  // A root, if refused, says more than none; all the rest is told by a full attempt, if nothing helps.
+  const auto take = [&found](Solution next) {
+    next.starts += found.starts;
+    next.arrived += found.arrived;
+    next.cost.add(found.cost);
+    if (next.status == Solution::Status::failed && found.status == Solution::Status::refused) {
+      std::swap(next, found);
+      found.starts = next.starts;
+      found.arrived = next.arrived;
+      found.cost = next.cost;
     } else {
-      first.starts = next.starts;
-      first.arrived = next.arrived;
-      first.cost = next.cost;
+      found = std::move(next);
     }
-    return first.solved();
   };
-  if (const auto other = problem.search_start(shooting.parameters())) {
-    Solution second = attempt(shooting, *other, options);
-    second.arrived = second.status == Solution::Status::failed ? 0 : 1;
-    if (taken(std::move(second))) return first;
+  if (!found.solved() && options.method == Method::adams && shooting.statistics().exhausted > exhausted) {
+    SolveOptions stiff = options;
+    stiff.method = Method::bdf;
+    take(attempt(shooting, given, stiff, Effort::brief));
   }
-  if (!taken(attempt_at_random(shooting, start, options, *options.random)))
-    first.message += fmt::format("; of {} starts {} led to a root, none to a solution", first.starts, first.arrived);
-  return first;
+  if (!found.solved()) {
+    if (const auto other = problem.search_start(shooting.parameters()))
+      take(attempt(shooting, *other, options, Effort::brief));
+  }
+  if (!found.solved()) take(attempt_at_random(shooting, start, options, *options.random));
+  if (found.status == Solution::Status::failed) {
+    Solution last = attempt(shooting, given, options);
+    last.starts = 0;  // the first again
+    take(std::move(last));
+  }
+  if (!found.solved())
+    found.message += fmt::format("; of {} starts {} led to a root, none to a solution", found.starts, found.arrived);
+  return found;
 }
 
 Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Eigen::VectorXd>& start,

@@ -14,8 +14,8 @@ namespace costate {
 struct SearchOptions {
   unsigned seed = 1;  ///< of the starts: the same seed gives the same search on every machine
   int starts = 100;   ///< at most
-  /// Lower and upper end for every unknown, between which starts are drawn evenly; where the domain of an unknown is narrower, the
-  /// domain. Empty: guess ± 3 scale.
+  /// Lower and upper end for every unknown, between which starts are drawn evenly; where the domain of an unknown is
+  /// narrower, the domain. Empty: guess ± 3 scale.
   std::vector<std::pair<double, double>> box{};
   double accuracy = 1e-8;  ///< of the extremals
   std::string cost{};      ///< the report that orders them; empty: "cost", or else "final_time", if the problem reports one
@@ -51,16 +51,16 @@ struct Search {
 
   /// Share of the starts that led to an extremal.
   [[nodiscard]] double success_rate() const;
-  /// Chance that the next start that arrives at a root arrives at one not met so far, by the share of arrivals at roots met once
-  /// (I. J. Good, Biometrika 40 (1953) 237–264): how complete the search is within its box. 1 if no start arrived.
+  /// Chance that the next start that arrives at a root arrives at one not met so far, by the share of arrivals at roots met
+  /// once (I. J. Good, Biometrika 40 (1953) 237–264): how complete the search is within its box. 1 if no start arrived.
   [[nodiscard]] double unseen() const;
   /// A paragraph: how many starts, extremals with cost and hits, refused roots and failures with their reasons.
   [[nodiscard]] std::string summary() const;
 };
 
-/// Starts damped Newton iterations all over the box at a loose tolerance and solves each root not met before to the accuracy. Two
-/// roots are the same if no unknown differs by more than the error bounds of the two. (Starts that arrive within 10⁻⁵ scale of a root
-/// on the same side of det J = 0 are counted there without being solved.)
+/// Starts damped Newton iterations all over the box at a loose tolerance and solves each root not met before to the
+/// accuracy. Two roots are the same if no unknown differs by more than the error bounds of the two. (Starts that arrive
+/// within 10⁻⁵ scale of a root on the same side of det J = 0 are counted there without being solved.)
 /// \throws BadInput for options out of range, or a cost that the problem does not report.
 [[nodiscard]] Search find_extremals(std::shared_ptr<const Problem> problem, const SearchOptions& options = {});
 
