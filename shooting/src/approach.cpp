@@ -64,6 +64,13 @@ bool Approach::from_start(const Start& start, Eigen::VectorXd& point) {
   return grows && whole(start, point);
 }
 
+bool Approach::knows_states(const Start& start) const {
+  for (std::size_t arc = 0; start.state && arc < shooting_.problem().structure().size(); ++arc) {
+    if (start.state(static_cast<int>(arc), 0.0)) return true;
+  }
+  return false;
+}
+
 // Where the arcs cannot be sketched nothing can be said of them, and there is nothing to put nodes on.
 bool Approach::stays_whole(const Start& start) {
   try {
@@ -85,13 +92,13 @@ bool Approach::cut_along(const Start& start, Eigen::VectorXd& point) {
   return !shooting_.cuts().empty();
 }
 
-/// Single shooting.
+/// Single shooting. Where all a caller gives is unknowns it may have others, and wants to know soon that these do not do.
 bool Approach::whole(const Start& start, Eigen::VectorXd& point) {
   shooting_.set_mesh({});
   point = start.unknowns;
   if (effort_ == Effort::full && near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
   point = start.unknowns;
-  if (globalise(point, 1)) return true;
+  if ((effort_ == Effort::brief || knows_states(start)) && globalise(point, 1)) return true;
   shooting_.set_mesh({});
   point = start.unknowns;
   return false;

@@ -37,6 +37,7 @@ class Approach {
 
  private:
   bool from_start(const Start& start, Eigen::VectorXd& point);
+  [[nodiscard]] bool knows_states(const Start& start) const;
   [[nodiscard]] bool stays_whole(const Start& start);
   bool cut_along(const Start& start, Eigen::VectorXd& point);
   bool whole(const Start& start, Eigen::VectorXd& point);
