@@ -41,7 +41,8 @@ constexpr MeshOptions short_segments{.growth = 20.0};
 
 }  // namespace
 
-bool Approach::run(Eigen::VectorXd& point) {
+bool Approach::run(const Start& start, Eigen::VectorXd& point) {
+  point = start.unknowns;
   // A segment that needs more steps than this is one too long.
   constexpr long most_steps = 2000;
   FlowOptions flow = flow_options(options_, tolerance_);
@@ -49,15 +50,14 @@ bool Approach::run(Eigen::VectorXd& point) {
   shooting_.set_flow_options(flow);
   shooting_.set_mesh({});
   if (!options_.homotopy) check_well_posed(shooting_, point);
-  if (!(options_.homotopy ? follow_homotopy(point) : from_guess(point))) return false;
+  if (!(options_.homotopy ? follow_homotopy(start, point) : from_start(start, point))) return false;
   if (!shooting_.cuts().empty()) cut_by_growth(point, {});
   return true;
 }
 
-bool Approach::from_guess(Eigen::VectorXd& point) {
-  const Eigen::VectorXd start = point;
+bool Approach::from_start(const Start& start, Eigen::VectorXd& point) {
   try {
-    apply(mesh_along_guess(shooting_, start, short_segments), shooting_, point);
+    if (options_.multiple) apply(mesh_along_guess(shooting_, start, short_segments), shooting_, point);
   } catch (const LeftDomain&) {
     // Where the arcs cannot be sketched there is nothing to put nodes on.
   }
@@ -65,10 +65,10 @@ bool Approach::from_guess(Eigen::VectorXd& point) {
     constexpr int rounds = 40;
     if (globalise(point, rounds)) return true;
     shooting_.set_mesh({});
-    point = start;
+    point = start.unknowns;
   }
   if (near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
-  point = start;
+  point = start.unknowns;
   return false;
 }
 
@@ -106,7 +106,7 @@ bool Approach::cut_by_growth(Eigen::VectorXd& point, const MeshOptions& mesh) {
   }
 }
 
-bool Approach::follow_homotopy(Eigen::VectorXd& point) {
+bool Approach::follow_homotopy(const Start& start, Eigen::VectorXd& point) {
   const Homotopy& homotopy = *options_.homotopy;
   const auto& parameters = shooting_.problem().parameters();
   const auto found = std::find_if(parameters.begin(), parameters.end(),
@@ -127,12 +127,11 @@ bool Approach::follow_homotopy(Eigen::VectorXd& point) {
     if (s == 1.0) return to;
     return geometric ? from * std::pow(to / from, s) : std::lerp(from, to, s);
   };
-  const Eigen::VectorXd start = point;
   std::vector<double> at = target;
   at[place] = from;
   shooting_.set_parameters(at);
   check_well_posed(shooting_, point);
-  bool good = from_guess(point);
+  bool good = from_start(start, point);
   if (good) cut_by_growth(point, short_segments);
   double s = 0.0, step = 0.25;
   constexpr double shortest = 1e-4;
@@ -154,7 +153,7 @@ bool Approach::follow_homotopy(Eigen::VectorXd& point) {
   if (good) return true;
   reason_ = fmt::format("the homotopy ends at {} = {:.6g}: {}", homotopy.parameter, value(s), reason_);
   shooting_.set_mesh({});
-  point = start;
+  point = start.unknowns;
   return false;
 }
 

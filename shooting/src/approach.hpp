@@ -23,18 +23,18 @@ class Approach {
   Approach(Shooting& shooting, const SolveOptions& options, double tolerance, Cost& cost)
       : shooting_(shooting), options_(options), tolerance_(tolerance), cost_(cost) {}
 
-  /// Moves the point, at first the unknowns of the problem alone, near a root. Where that fails, or the looseness itself is in the way (an
+  /// Moves the point, from the unknowns of the start, near a root. Where that fails, or the looseness itself is in the way (an
   /// unstable arc amplifies it), the point is the start again, and reason() says what happened, if that is worth saying.
-  bool run(Eigen::VectorXd& point);
+  bool run(const Start& start, Eigen::VectorXd& point);
   [[nodiscard]] const std::string& reason() const { return reason_; }
 
   /// Drops the nodes that the solution at the point does not need, and adds those it needs.
   bool cut_by_growth(Eigen::VectorXd& point, const MeshOptions& mesh);
 
  private:
-  bool from_guess(Eigen::VectorXd& point);
+  bool from_start(const Start& start, Eigen::VectorXd& point);
   bool globalise(Eigen::VectorXd& point, int rounds);
-  bool follow_homotopy(Eigen::VectorXd& point);
+  bool follow_homotopy(const Start& start, Eigen::VectorXd& point);
   bool follow_step(Eigen::VectorXd& point, const std::vector<double>& target, const std::vector<double>& path);
 
   Shooting& shooting_;

@@ -102,8 +102,8 @@ class ShortTrials {
   FlowOptions options_;
 };
 
-std::vector<Node> nodes_along_guess(Shooting& shooting, const ArcRecord& arc, const MeshOptions& options) {
-  const Problem& problem = shooting.problem();
+std::vector<Node> nodes_along_guess(Shooting& shooting, const Start& start, const ArcRecord& arc,
+                                    const MeshOptions& options) {
   constexpr double far = 100.0, shortest = 1.0 / 512.0;
   std::vector<Node> nodes;
   Eigen::VectorXd state = arc.state, quadrature = arc.quadrature;
@@ -111,7 +111,7 @@ std::vector<Node> nodes_along_guess(Shooting& shooting, const ArcRecord& arc, co
   while (at < 1.0) {
     length = std::min(length, 1.0 - at);
     const double next = at + length < 1.0 ? at + length : 1.0;
-    const Eigen::VectorXd guess = *problem.state_guess(arc.arc, next);
+    const Eigen::VectorXd guess = *start.state(arc.arc, next);
     bool good = false;
     Eigen::VectorXd passed = Eigen::VectorXd::Zero(quadrature.size());
     try {
@@ -137,12 +137,12 @@ std::vector<Node> nodes_along_guess(Shooting& shooting, const ArcRecord& arc, co
 
 }  // namespace
 
-Mesh mesh_along_guess(Shooting& shooting, const Eigen::VectorXd& y, const MeshOptions& options) {
+Mesh mesh_along_guess(Shooting& shooting, const Start& start, const MeshOptions& options) {
   const ShortTrials trials(shooting);
   Nodes nodes;
-  for (const ArcRecord& arc : shooting.sketch(y)) {
-    const auto guess = shooting.problem().state_guess(arc.arc, 0.0);
-    nodes.push_back(guess && arc.state.size() > 0 ? nodes_along_guess(shooting, arc, options) : std::vector<Node>{});
+  for (const ArcRecord& arc : shooting.sketch(start)) {
+    const bool known = arc.state.size() > 0 && start.state && start.state(arc.arc, 0.0);
+    nodes.push_back(known ? nodes_along_guess(shooting, start, arc, options) : std::vector<Node>{});
   }
   return mesh_of(nodes);
 }

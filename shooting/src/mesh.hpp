@@ -15,10 +15,10 @@ struct MeshOptions {
   int max_segments = 4000;  ///< of all arcs together
 };
 
-/// Cuts along the states that the problem guesses (Problem::state_guess), as far as a segment can be integrated from the guess with
-/// bounded growth and does not leave it by more than a hundred times the scale. Arcs without a guess are not cut. An arc that needs
-/// no cut stays whole. \throws LeftDomain if the arcs cannot be sketched at y
-[[nodiscard]] Mesh mesh_along_guess(Shooting& shooting, const Eigen::VectorXd& y, const MeshOptions& options);
+/// Cuts along the states of a start, as far as a segment can be integrated from the guess with
+/// bounded growth and does not leave it by more than a hundred times the scale. Arcs without such states are not cut. An arc that needs
+/// no cut stays whole. \throws LeftDomain if the arcs cannot be sketched
+[[nodiscard]] Mesh mesh_along_guess(Shooting& shooting, const Start& start, const MeshOptions& options);
 
 /// Cuts along the arcs at y, which can be integrated as they are cut now: segments that together grow less than the bound become
 /// one, those that grow more are cut. \throws LeftDomain

@@ -71,10 +71,11 @@ void Shooting::set_mesh(const Mesh& mesh) {
   }
 }
 
-std::vector<ArcRecord> Shooting::sketch(const Eigen::VectorXd& y) {
+std::vector<ArcRecord> Shooting::sketch(const Start& start) {
+  const Eigen::VectorXd& y = start.unknowns;
   Shot shot(flows_, std::vector<Jet>(y.begin(), y.begin() + border()),
             std::vector<Jet>(parameters_.begin(), parameters_.end()), problem_->rows().size());
-  shot.sketch([this](int arc) { return problem_->state_guess(arc, 1.0); });
+  shot.sketch([&](int arc) { return start.state ? start.state(arc, 1.0) : std::nullopt; });
   problem_->shoot(shot);
   return shot.arcs();
 }

@@ -51,10 +51,9 @@ class Solver {
     solution_.parameters = shooting.parameters();
   }
 
-  Solution run(const Eigen::VectorXd& start) {
+  Solution run(const Start& start) {
     const double began = thread_seconds();
-    point_ = start;
-    approach_.run(point_);
+    approach_.run(start, point_);
     if (refine()) verify();
     solution_.y = point_.head(shooting_.border());
     solution_.nodes = static_cast<int>(shooting_.node_sizes().size());
@@ -132,7 +131,7 @@ class Solver {
 
   /// Where accuracy is lost by growth along the arcs, cutting them wins it back: done once.
   bool cut_what_grows() {
-    if (cut_) return false;
+    if (cut_ || !options_.multiple) return false;
     cut_ = true;
     try {
       return largest_growth(shooting_, point_) > MeshOptions{}.growth && approach_.cut_by_growth(point_, {});
@@ -233,7 +232,17 @@ Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& star
     throw BadInput(fmt::format("the start has {} values, the problem {} unknowns", start.size(), shooting.border()));
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
-  return Solver(shooting, options).run(start);
+  const Problem& problem = shooting.problem();
+  Start first{start, [&](int arc, double fraction) { return problem.state_guess(arc, fraction); }};
+  Solution solution = Solver(shooting, options).run(first);
+  if (solution.solved()) return solution;
+  if (const auto other = problem.search_start(shooting.parameters())) {
+    Solution second = Solver(shooting, options).run(*other);
+    second.cost.add(solution.cost);
+    if (second.solved()) return second;
+    solution.cost = second.cost;
+  }
+  return solution;
 }
 
 Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Eigen::VectorXd>& start,

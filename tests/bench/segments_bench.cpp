@@ -1,21 +1,18 @@
-/// Time of the linear algebra of multiple shooting, for one arc cut into more and more segments: it should not depend on their number.
-/// Prints medians of the thread's CPU time, in microseconds per segment.
+/// Cost of multiple shooting for one arc cut into more and more segments: per segment it should not depend on their number.
+/// Prints medians of the thread's CPU time, in microseconds per segment; first of the linear algebra alone, then of Newton steps of a
+/// whole problem, whose arc is as many units long as it has segments, and the memory that the problem has taken.
 #include "staircase.hpp"
+
+#include <costate/shooting/solve.hpp>
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
+#include <malloc.h>
 #include <random>
 
 namespace costate {
 namespace {
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// Median over repetitions of about 0.2 s in all, at least 5.
 template <class Work>
@@ -54,6 +51,59 @@ std::vector<Jet::Gradient> chain(int border, int segments, int size) {
   return rows;
 }
 
+/// x' = −x³ + λ, λ' = x + 3x²λ: least ∫ (x² + u²)/2 dt.
+struct Hypersensitive {
+  static constexpr int states = 2, parameters = 0, quadratures = 1;
+  template <class S>
+  Rates<S, 2, 1> rates(const S&, const Vec<S, 2>& z, const Vec<S, 0>&) const {
+    const auto& [x, lambda] = z;
+    return {{lambda - x * x * x, x + 3.0 * x * x * lambda}, {0.5 * (x * x + lambda * lambda)}};
+  }
+};
+
+class Rest final : public Problem {
+ public:
+  explicit Rest(double length) : length_(length) {
+    unknowns_ = {{"lambda"}};
+    rows_ = {{"end"}};
+    structure_ = {"arc"};
+  }
+  void shoot(Shot& shot) const override {
+    const std::vector<Jet> start{0.1, shot.unknown(0)};
+    shot.row(0, shot.arc({.field = &field_, .t0 = 0.0, .t1 = length_, .state = start, .quadrature = {0.0}}).state[0] - 0.1);
+  }
+  [[nodiscard]] std::vector<Column> columns() const override { return {}; }
+  [[nodiscard]] std::vector<double> observe(const ArcPoint&, const std::vector<double>&) const override { return {}; }
+  [[nodiscard]] std::vector<PathCheck> check(const ArcPoint&, const std::vector<double>&) const override { return {}; }
+
+ private:
+  FieldOf<Hypersensitive> field_;
+  double length_;
+};
+
+/// Integrations with sensitivities, factorisation and solution, at a point near the root.
+void newton_steps(int segments) {
+  const std::size_t before = mallinfo2().uordblks;
+  Shooting shooting(std::make_shared<Rest>(segments));
+  Mesh mesh{.cuts = {{}}, .sizes = std::vector<int>(static_cast<std::size_t>(segments - 1), 3), .nodes = {}};
+  for (int k = 1; k < segments; ++k) mesh.cuts[0].push_back(static_cast<double>(k) / segments);
+  mesh.nodes = Eigen::VectorXd::Zero(3 * (segments - 1));
+  shooting.set_mesh(mesh);
+  shooting.set_flow_options({.tolerance = {1e-8, 1e-8}});
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(shooting.size());
+  y[0] = -0.1;
+  double moved = 0.0;
+  Eigen::VectorXd step;
+  const auto newton = [&] {
+    y[0] = -0.1 - (moved += 1e-9);  // a point not met before
+    shooting.factorise(y);
+    shooting.solve(shooting.residual(shooting.evaluate(y)), step);
+  };
+  const double each = median_seconds(newton) * 1e6 / segments;
+  const double bytes = static_cast<double>(mallinfo2().uordblks - before) / segments;
+  fmt::print("{:>9} {:>16.2f} {:>16.0f}\n", segments, each, bytes);
+}
+
 }  // namespace
 }  // namespace costate
 
@@ -72,4 +122,6 @@ int main() {
                  each * median_seconds([&] { return staircase.solve(ones); }),
                  each * median_seconds([&] { return staircase.condition(); }));
     }
+  fmt::print("\n{:>9} {:>16} {:>16}\n", "segments", "Newton step, us", "memory, bytes");
+  for (int segments = 10; segments <= 640; segments *= 2) newton_steps(segments);
 }

@@ -47,8 +47,8 @@ class Shooting final : public NonlinearSystem {
   /// next call of a function that is not const. \throws LeftDomain
   const Shot& evaluate(const Eigen::VectorXd& y, const std::vector<double>& path = {});
 
-  /// The arcs as they begin at y, with guesses for what they lead to: nothing is integrated. \throws LeftDomain
-  [[nodiscard]] std::vector<ArcRecord> sketch(const Eigen::VectorXd& y);
+  /// The arcs as they are at a start, with its states for what they lead to: nothing is integrated. \throws LeftDomain
+  [[nodiscard]] std::vector<ArcRecord> sketch(const Start& start);
   /// The segment in which the last evaluation failed.
   [[nodiscard]] SegmentPlace failed_place() const { return failed_place_; }
 

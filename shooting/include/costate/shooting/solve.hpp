@@ -27,6 +27,7 @@ struct SolveOptions {
   double max_step = 1.0;    ///< of Newton's method, in scaled unknowns
   bool line_search = true;
   std::optional<Homotopy> homotopy{};
+  bool multiple = true;  ///< arcs may be cut for multiple shooting
   /// What the message of a failed solve says to try.
   std::string advice = "a start closer to the solution, or continuation from a solved scene";
 };
