@@ -58,7 +58,11 @@ class InteriorPoint {
         barrier_ = std::max(options_.barrier, std::min(0.2 * barrier_, std::pow(barrier_, 1.5)));
         filter_.clear();
       }
-      if (std::getenv("TRACE")) { const Merit m = problem_.merit(point_, barrier_); std::fprintf(stderr, "%3d mu %.1e J %.8g inf %.2e err %.2e shift %.1e T %.4g\n", iterations_, barrier_, m.cost, m.infeasibility, problem_.error(point_, at, barrier_), last_shift_, problem_.time(point_)); }
+      if (std::getenv("TRACE")) {
+        const Merit m = problem_.merit(point_, barrier_);
+        std::fprintf(stderr, "%3d mu %.1e J %.8g inf %.2e err %.2e shift %.1e T %.4g\n", iterations_, barrier_, m.cost,
+                     m.infeasibility, problem_.error(point_, at, barrier_), last_shift_, problem_.time(point_));
+      }
       if (!step(at)) return false;
     }
     return false;
@@ -89,8 +93,8 @@ class InteriorPoint {
 
   bool search(const Merit& here, const Transcription::Newton& newton) {
     const DirectPoint& d = newton.direction;
-    const double longest = std::min(to_boundary(point_.step_slack, d.step_slack),
-                                    to_boundary(point_.node_slack, d.node_slack));
+    const double longest = std::min({problem_.longest_step(d), to_boundary(point_.step_slack, d.step_slack),
+                                     to_boundary(point_.node_slack, d.node_slack)});
     const double dual = std::min(to_boundary(point_.step_multiplier, d.step_multiplier),
                                  to_boundary(point_.node_multiplier, d.node_multiplier));
     constexpr double shortest = 1e-3;

@@ -80,12 +80,27 @@ class Splitter {
       }
       if (arc.constraint >= 0) distance[i] = constraint(arc.constraint).value(points_[place(i)]);
     }
+    // Where a constraint of order 2 holds with equality the costates of direct adjoining follow the law of an interior arc too. A
+    // small price leaves such steps to the arc along the constraint.
+    constexpr double held = 0.01, price = 0.01;
+    for (std::size_t c = 0; c < s_.constraints.size(); ++c) {
+      if (arc.constraint == static_cast<int>(c) || !followed(static_cast<int>(c))) continue;
+      VectorXd value(steps_);
+      for (Index i = 0; i < steps_; ++i) value[i] = constraint(static_cast<int>(c)).value(points_[place(i)]);
+      const double far = held * value.cwiseAbs().maxCoeff();
+      for (Index i = 0; far > 0.0 && i < steps_; ++i)
+        mismatch_(row, i) += price * std::max(0.0, 1.0 - std::abs(value[i]) / far);
+    }
     constexpr double near = 0.1;  // of the largest distance there is
     const double far = distance.cwiseAbs().maxCoeff();
     for (Index i = 0; i < steps_; ++i) {
       if (far > 0.0) mismatch_(row, i) += std::pow(distance[i] / (near * far), 2);
       mismatch_(row, i) = std::isfinite(mismatch_(row, i)) ? std::min(1.0, mismatch_(row, i)) : 1.0;
     }
+  }
+
+  [[nodiscard]] bool followed(int constraint) const {
+    return std::any_of(s_.arcs.begin(), s_.arcs.end(), [&](const auto& arc) { return arc.constraint == constraint; });
   }
 
   /// The price of the junction before arc a at a node: where a constraint is touched its multiplier is large.

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <numbers>
 
 namespace costate {
 
@@ -81,6 +82,12 @@ Transcription::Transcription(const ExtremalStatement& statement, const DirectDat
 }
 
 double Transcription::time(const DirectPoint& point) const { return std::exp(point.log_time); }
+
+double Transcription::longest_step(const DirectPoint& direction) const {
+  const double size = std::max((control_scale_.cwiseInverse().asDiagonal() * direction.u).cwiseAbs().maxCoeff(),
+                               std::abs(direction.log_time) / std::numbers::ln2);
+  return 1.0 / std::max(1.0, size);
+}
 
 VectorXd Transcription::middle(const DirectPoint& point, Index i) const {
   VectorXd z(n_ + k_);

@@ -59,6 +59,9 @@ class Transcription {
   [[nodiscard]] std::optional<Newton> newton(const DirectPoint& point, const Expansion& at, double barrier,
                                              double shift) const;
 
+  /// The largest part of a direction, up to 1, in which no control moves by more than its scale and the time by more than a factor of 2.
+  [[nodiscard]] double longest_step(const DirectPoint& direction) const;
+
   [[nodiscard]] double time(const DirectPoint& point) const;
   [[nodiscard]] DirectSolution solution(const DirectPoint& point) const;
 
