@@ -5,8 +5,6 @@
 #include <costate/error.hpp>
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 namespace costate {
 
@@ -57,11 +55,6 @@ class InteriorPoint {
         if (barrier_ <= options_.barrier) return true;
         barrier_ = std::max(options_.barrier, std::min(0.2 * barrier_, std::pow(barrier_, 1.5)));
         filter_.clear();
-      }
-      if (std::getenv("TRACE")) {
-        const Merit m = problem_.merit(point_, barrier_);
-        std::fprintf(stderr, "%3d mu %.1e J %.8g inf %.2e err %.2e shift %.1e T %.4g\n", iterations_, barrier_, m.cost,
-                     m.infeasibility, problem_.error(point_, at, barrier_), last_shift_, problem_.time(point_));
       }
       if (!step(at)) return false;
     }
