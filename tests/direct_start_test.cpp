@@ -82,16 +82,18 @@ TEST(DirectStart, TimeOptimalTransferFromAnyTime) {
   }
 }
 
-// v ≤ 1/2: ½ + 3/2 + ½; H_u jumps with the multiplier of the constraint.
+// v ≤ w: t = w, then the rest of the way at w, and w to stop. λ_x = 1/w, and the multiplier is λ_x times the time at w. (Were the junctions
+// nodes of the grid, as for w = 1/2, the discrete multipliers would not be unique.)
 TEST(DirectStart, TimeOptimalTransferWithALimitOfSpeed) {
+  const double w = 0.45;
   ControlProblem problem(TimeOptimal{});
   problem.state("x", {.start = 0.0, .end = 1.0}).state("v", {.start = 0.0, .end = 0.0});
   problem.control("u", {.lower = -1.0, .upper = 1.0}).free_final_time(5.0);
-  problem.constraint("speed", [](const auto& q, const auto&) { return q[1] - 0.5; });
+  problem.constraint("speed", [w](const auto& q, const auto&) { return q[1] - w; });
   problem.upper().boundary("speed").lower();
   const Solution s = solved(problem.shared());
-  expect_result(s, "final_time", 2.5);
-  expect_result(s, "multiplier of speed at t1", 3.0);
+  expect_result(s, "final_time", w + 1.0 / w);
+  expect_result(s, "multiplier of speed at t1", 1.0 / (w * w) - 1.0);
 }
 
 TEST(DirectStart, TurnpikeAlongASingularArc) {

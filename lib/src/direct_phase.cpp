@@ -43,22 +43,24 @@ double to_boundary(const Eigen::MatrixXd& at, const Eigen::MatrixXd& direction) 
 
 class InteriorPoint {
  public:
-  InteriorPoint(const Transcription& problem, const Eigen::VectorXd& u, const DirectOptions& options)
-      : problem_(problem), options_(options), barrier_(0.1), point_(problem.start(u, barrier_)) {}
+  InteriorPoint(const Transcription& problem, const Eigen::VectorXd& u, DirectBegin begin, const DirectOptions& options)
+      : problem_(problem), options_(options), barrier_(options.first_barrier), point_(problem.start(u, begin, share())) {}
 
   bool run() {
     for (iterations_ = 0; iterations_ < options_.iterations; ++iterations_) {
       const Transcription::Expansion at = problem_.expand(point_);
-      const double infeasibility = problem_.merit(point_, barrier_).infeasibility;
+      const double infeasibility = problem_.merit(point_, share()).infeasibility;
       constexpr double tightness = 10.0;
-      while (std::max(problem_.error(point_, at, barrier_), infeasibility) < tightness * barrier_) {
+      while (std::max(problem_.error(point_, at, share()), infeasibility) < tightness * barrier_) {
         if (barrier_ <= options_.barrier) return true;
+        completed_ = barrier_;
         barrier_ = std::max(options_.barrier, std::min(0.2 * barrier_, std::pow(barrier_, 1.5)));
         filter_.clear();
       }
-      if (!step(at)) return false;
+      // A point that is nearly central is good enough to start from.
+      if (!step(at)) return completed_ <= good_enough;
     }
-    return false;
+    return completed_ <= good_enough;
   }
 
   [[nodiscard]] DirectSolution solution() const {
@@ -68,13 +70,16 @@ class InteriorPoint {
   }
 
  private:
+  /// μ of one inequality: the barrier function is a mean over the steps, as the cost is an integral.
+  [[nodiscard]] double share() const { return barrier_ / options_.steps; }
+
   bool step(const Transcription::Expansion& at) {
-    const Merit here = problem_.merit(point_, barrier_);
+    const Merit here = problem_.merit(point_, share());
     if (iterations_ == 0) most_infeasible_ = 1e4 * std::max(1.0, here.infeasibility);
     double shift = 0.0;
     constexpr double largest_shift = 1e10;
     while (shift <= largest_shift) {
-      const auto newton = problem_.newton(point_, at, barrier_, shift);
+      const auto newton = problem_.newton(point_, at, share(), shift);
       if (newton && search(here, *newton)) {
         last_shift_ = shift > 0.0 ? shift : last_shift_;
         return true;
@@ -94,7 +99,7 @@ class InteriorPoint {
     for (double part = longest; part >= shortest * longest; part *= 0.5) {
       DirectPoint next = point_.moved(d, part, dual);
       try {
-        const Merit there = problem_.merit(next, barrier_);
+        const Merit there = problem_.merit(next, share());
         if (there.infeasibility > most_infeasible_ || !filter_.accepts(there)) continue;
         const bool descent = newton.slope < 0.0 && part * std::pow(-newton.slope, 2.3) > std::pow(here.infeasibility, 1.1);
         if (descent) {
@@ -122,7 +127,7 @@ class InteriorPoint {
     const auto keep = [&](Eigen::MatrixXd& multiplier, const Eigen::MatrixXd& slack) {
       for (Eigen::Index i = 0; i < multiplier.size(); ++i) {
         double& eta = multiplier.data()[i];
-        const double central = barrier_ / slack.data()[i];
+        const double central = share() / slack.data()[i];
         if (eta > 0.0) eta = std::clamp(eta, central / factor, central * factor);
       }
     };
@@ -135,6 +140,8 @@ class InteriorPoint {
   double barrier_;
   DirectPoint point_;
   Filter filter_;
+  static constexpr double good_enough = 1e-3;
+  double completed_ = std::numeric_limits<double>::infinity();  ///< the last μ whose conditions were met
   double last_shift_ = 0.0, most_infeasible_ = 0.0;
   int iterations_ = 0;
 };
@@ -159,10 +166,10 @@ DirectSolution Transcription::solution(const DirectPoint& point) const {
 }
 
 std::optional<DirectSolution> direct_solution(const ExtremalStatement& statement, const DirectData& data,
-                                              const Eigen::VectorXd& u, const DirectOptions& options) {
+                                              const Eigen::VectorXd& u, DirectBegin begin, const DirectOptions& options) {
   try {
     const Transcription problem(statement, data, options);
-    InteriorPoint method(problem, u, options);
+    InteriorPoint method(problem, u, begin, options);
     if (!method.run()) return std::nullopt;
     return method.solution();
   } catch (const LeftDomain&) {

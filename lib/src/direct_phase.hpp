@@ -30,9 +30,15 @@ struct DirectData {
 };
 
 struct DirectOptions {
-  int steps = 80;         ///< N
-  int iterations = 300;   ///< at most
-  double barrier = 1e-6;  ///< the last μ
+  int steps = 80;                               ///< N
+  int iterations = 150;                         ///< at most
+  double first_barrier = 10.0, barrier = 1e-6;  ///< the first μ and the last
+};
+
+/// How the states begin.
+enum class DirectBegin {
+  straight,   ///< on the straight line between their ends
+  simulated,  ///< as the first controls lead them from the start; the ends are missed
 };
 
 struct DirectSolution {
@@ -47,8 +53,10 @@ struct DirectSolution {
   int iterations = 0;
 };
 
-/// The solution from constant controls `u` (k), with states on the straight line between their ends; nothing if none is found.
+/// The solution from constant controls `u` (k); nothing if none is found.
 [[nodiscard]] std::optional<DirectSolution> direct_solution(const ExtremalStatement& statement, const DirectData& data,
-                                                            const Eigen::VectorXd& u, const DirectOptions& options = {});
+                                                            const Eigen::VectorXd& u,
+                                                            DirectBegin begin = DirectBegin::straight,
+                                                            const DirectOptions& options = {});
 
 }  // namespace costate

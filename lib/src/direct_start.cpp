@@ -219,6 +219,28 @@ std::vector<VectorXd> first_controls(const ExtremalStatement& s, const DirectDat
   return all;
 }
 
+/// The cheapest of the solutions from all first controls. Where none leads to one, from other times, if it is free, and trajectories.
+std::optional<DirectSolution> best_direct_solution(const ExtremalStatement& s, DirectData data) {
+  std::optional<DirectSolution> best;
+  const double time = data.time;
+  std::vector<VectorXd> controls = first_controls(s, data);
+  const auto from_all = [&](DirectBegin begin) {
+    for (const VectorXd& u : controls) {
+      auto found = direct_solution(s, data, u, begin);
+      if (found && (!best || found->cost < best->cost)) best = std::move(found);
+    }
+    return best.has_value();
+  };
+  if (from_all(DirectBegin::straight)) return best;
+  controls.resize(std::min<std::size_t>(controls.size(), 3));
+  for (const double factor : {1.0, 3.0, 0.3, 10.0, 0.1}) {
+    data.time = factor * time;
+    if (factor != 1.0 && from_all(DirectBegin::straight)) return best;
+    if (from_all(DirectBegin::simulated) || !s.free_time) return best;
+  }
+  return best;
+}
+
 }  // namespace
 
 DirectArcs split(const ExtremalStatement& statement, const DirectData& data, const DirectSolution& solution) {
@@ -232,17 +254,14 @@ std::optional<Start> ExtremalProblem::search_start(const std::vector<double>& pa
     for (const auto& p : places) r.push_back(p ? std::optional(parameters.at(*p)) : std::nullopt);
     return r;
   };
+  if (!s_.system) return std::nullopt;
   const DirectData data{Eigen::Map<const VectorXd>(parameters.data(), index(s_.parameters.size())),
                         values(lower_parameter_),
                         values(upper_parameter_),
                         values(start_parameter_),
                         values(end_parameter_),
                         time_parameter_ ? parameters.at(*time_parameter_) : s_.time};
-  std::optional<DirectSolution> best;
-  for (const VectorXd& u : first_controls(s_, data)) {
-    auto found = direct_solution(s_, data, u);
-    if (found && (!best || found->cost < best->cost)) best = std::move(found);
-  }
+  const std::optional<DirectSolution> best = best_direct_solution(s_, data);
   if (!best) return std::nullopt;
   const DirectArcs arcs = split(s_, data, *best);
 

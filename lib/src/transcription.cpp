@@ -65,7 +65,7 @@ Transcription::Transcription(const ExtremalStatement& statement, const DirectDat
   // Where a constraint has only fixed states to depend on, an end has no say in it, and it may hold there with equality.
   imposed_at_start_.assign(s_.constraints.size(), true);
   imposed_at_end_.assign(s_.constraints.size(), true);
-  const DirectPoint straight = start(VectorXd::Zero(k_), 1.0);
+  const DirectPoint straight = start(VectorXd::Zero(k_), DirectBegin::straight, 1.0);
   for (std::size_t c = 0; c < s_.constraints.size(); ++c) {
     const auto free_at = [&](Index node, const std::vector<std::optional<double>>& fixed) {
       VectorXd z = VectorXd::Zero(n_ + k_);
@@ -95,7 +95,19 @@ VectorXd Transcription::middle(const DirectPoint& point, Index i) const {
   return z;
 }
 
-DirectPoint Transcription::start(const VectorXd& u, double barrier) const {
+/// The states from the first one on, by the explicit midpoint rule.
+void Transcription::simulate(DirectPoint& point) const {
+  const double h = time(point) / static_cast<double>(steps_);
+  for (Index i = 0; i < steps_; ++i) {
+    VectorXd z(n_ + k_);
+    z << point.q.col(i), point.u.col(i);
+    z.head(n_) += 0.5 * h * s_.system->value(z, data_.parameters).head(n_);
+    point.q.col(i + 1) = point.q.col(i) + h * s_.system->value(z, data_.parameters).head(n_);
+    check(point.q.col(i + 1).allFinite());
+  }
+}
+
+DirectPoint Transcription::start(const VectorXd& u, DirectBegin begin, double barrier) const {
   DirectPoint point;
   point.q.resize(n_, steps_ + 1);
   for (Index i = 0; i < n_; ++i) {
@@ -108,6 +120,7 @@ DirectPoint Transcription::start(const VectorXd& u, double barrier) const {
   }
   point.u = u.replicate(1, steps_);
   point.log_time = std::log(data_.time);
+  if (begin == DirectBegin::simulated) simulate(point);
   point.costate.setZero(n_, steps_);
   const auto constraints = static_cast<Index>(s_.constraints.size());
   point.step_slack.resize(static_cast<Index>(bounds_.size()) + mixed_, steps_);
@@ -298,14 +311,14 @@ double Transcription::error(const DirectPoint& point, const Expansion& at, doubl
   }
   const VectorXd ends = at.end_gradient + at.end_jacobian.transpose() * point.end_multiplier;
   by_q.col(steps_) += ends.head(n_);
-  if (s_.free_time) worst = std::max(worst, std::abs(by_time + ends[n_]));
   const Index first = n_ + (s_.free_time ? 1 : 0);
   for (std::size_t j = 0; carries_start_ && j < free_start_.size(); ++j)
     by_q(free_start_[j], 0) += ends[first + static_cast<Index>(j)];
   for (Index i = 0; i < n_; ++i) {
     if (data_.start[place(i)]) by_q(i, 0) = 0.0;
   }
-  worst = std::max(worst, (state_scale_.asDiagonal() * by_q).cwiseAbs().maxCoeff());
+  worst = std::max(worst, (state_scale_.asDiagonal() * by_q).cwiseAbs().maxCoeff()) * static_cast<double>(steps_);
+  if (s_.free_time) worst = std::max(worst, std::abs(by_time + ends[n_]));
   return worst / std::max(1.0, (state_scale_.asDiagonal() * point.costate).cwiseAbs().maxCoeff());
 }
 

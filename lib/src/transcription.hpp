@@ -31,7 +31,7 @@ class Transcription {
  public:
   Transcription(const ExtremalStatement& statement, const DirectData& data, const DirectOptions& options);
 
-  [[nodiscard]] DirectPoint start(const Eigen::VectorXd& u, double barrier) const;
+  [[nodiscard]] DirectPoint start(const Eigen::VectorXd& u, DirectBegin begin, double barrier) const;
   /// \throws LeftDomain where a function is no number
   [[nodiscard]] Merit merit(const DirectPoint& point, double barrier) const;
 
@@ -48,7 +48,7 @@ class Transcription {
   };
   [[nodiscard]] Expansion expand(const DirectPoint& point) const;
 
-  /// Largest violation of the optimality conditions at a barrier μ, in scales.
+  /// Largest violation of the optimality conditions at a barrier μ, in scales and per unit of T.
   [[nodiscard]] double error(const DirectPoint& point, const Expansion& at, double barrier) const;
 
   struct Newton {
@@ -81,6 +81,7 @@ class Transcription {
     return (node > 0 || imposed_at_start_[static_cast<std::size_t>(constraint)]) &&
            (node < steps_ || imposed_at_end_[static_cast<std::size_t>(constraint)]);
   }
+  void simulate(DirectPoint& point) const;
   void expand_ends(const DirectPoint& point, Expansion& at) const;
   [[nodiscard]] Quadratic step_model(const DirectPoint& point, const Expansion& at, Eigen::Index i, double barrier) const;
   void add_node_model(const DirectPoint& point, const Expansion& at, Eigen::Index i, double barrier,
