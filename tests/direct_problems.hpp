@@ -77,19 +77,6 @@ struct VanDerPol {
   }
 };
 
-/// θ'' = −sin θ + u from hanging (0) to upright (π), L = u²/2.
-struct Pendulum {
-  static constexpr int states = 2, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], -sin(q[0]) + u[0]};
-  }
-  template <class S>
-  S cost(const Vec<S, 2>&, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return 0.5 * u[0] * u[0];
-  }
-};
-
 /// Planar flight around a centre, with thrust T/(1 − 0.0749 t) in the direction u from the horizontal: (t, r, v_r, v_θ).
 struct OrbitRaising {
   static constexpr int states = 4, controls = 1, parameters = 0;
@@ -102,6 +89,24 @@ struct OrbitRaising {
   template <class S>
   S cost(const Vec<S, 4>&, const Vec<S, 1>&, const Vec<S, 0>&) const {
     return S(0.0);
+  }
+};
+
+/// θ'' = −sin θ + u in minimum time.
+struct FastPendulum {
+  static constexpr int states = 2, controls = 1, parameters = 0;
+  template <class S>
+  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
+    return {q[1], -sin(q[0]) + u[0]};
+  }
+};
+
+/// Dubins' car: (x, y, θ)' = (cos θ, sin θ, u).
+struct Car {
+  static constexpr int states = 3, controls = 1, parameters = 0;
+  template <class S>
+  Vec<S, 3> dynamics(const Vec<S, 3>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
+    return {cos(q[2]), sin(q[2]), u[0]};
   }
 };
 

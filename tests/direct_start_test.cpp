@@ -4,6 +4,7 @@
 #include <costate/shooting/solve.hpp>
 
 #include <gtest/gtest.h>
+#include <numbers>
 
 namespace costate {
 namespace {
@@ -168,6 +169,28 @@ TEST(DirectStart, OrbitRaising) {
   problem.end_condition("circular", [](const auto& at) { return at.end[3] - 1.0 / sqrt(at.end[1]); }).interior();
   const Solution s = solved(problem.shared());
   EXPECT_NEAR(s["cost"].value, -1.525, 5e-4);
+}
+
+// A left turn, a tangent, a right turn of the same angle α; the centres are (4, 1) apart.
+TEST(DirectStart, CarWithAStraightLineAsSingularArc) {
+  ControlProblem problem(Car{});
+  problem.state("x", {.start = 0.0, .end = 4.0}).state("y", {.start = 0.0, .end = 3.0});
+  problem.state("heading", {.start = 0.0, .end = 0.0}).control("turn", {.lower = -1.0, .upper = 1.0});
+  problem.free_final_time(8.0).upper().singular().lower();
+  const Solution s = solved(problem.shared());
+  const double turn = std::atan2(1.0, 4.0) + std::asin(2.0 / std::sqrt(17.0));
+  expect_result(s, "t1", turn);
+  expect_result(s, "final_time", 2.0 * turn + std::sqrt(13.0));
+}
+
+// Hanging to upright with too little torque to lift it: it swings back first, which no straight line of states suggests.
+// H = −1 − λ_ω/2 = 0 at the start.
+TEST(DirectStart, PendulumThatHasToSwing) {
+  ControlProblem problem(FastPendulum{});
+  problem.state("angle", {.start = 0.0, .end = std::numbers::pi}).state("rate", {.start = 0.0, .end = 0.0});
+  problem.control("torque", {.lower = -0.5, .upper = 0.5}).free_final_time(5.0).lower().upper().lower();
+  const Solution s = solved(problem.shared());
+  expect_result(s, "lambda_rate", -2.0);
 }
 
 // The states along the arcs are those of the solution: fractions of the way from 0 to 1, order 2 in between.

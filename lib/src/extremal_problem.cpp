@@ -43,6 +43,7 @@ ExtremalProblem::ExtremalProblem(ExtremalStatement statement)
                     "stand neither first nor last; a boundary arc after a singular one needs an arc after it)",
                     rows_.size(), unknowns_.size()));
   }
+  guess_costates();
 }
 
 std::size_t ExtremalProblem::add_unknown(Unknown unknown) {
@@ -59,7 +60,7 @@ double ExtremalProblem::costate_scale(std::size_t state) const {
   // How large costates are is seldom known beforehand. A scale too large does little harm, but one too small makes every Newton step
   // from a bad guess too short.
   const State& s = s_.states[state].second;
-  return s.costate_scale > 0.0 ? s.costate_scale : std::max(std::abs(s.costate), 10.0 / s.scale);
+  return s.costate_scale > 0.0 ? s.costate_scale : std::max(std::abs(s.costate.value_or(0.0)), 10.0 / s.scale);
 }
 
 void ExtremalProblem::state_parameters() {
@@ -88,7 +89,8 @@ void ExtremalProblem::state_start() {
     }
     // λ(0) of a free value is 0 unless a function of the ends enters; that may depend on the other end too, so it takes a row.
     if (!state.start && !has_end_functions()) continue;
-    costate_unknown_[i] = add_unknown({.name = "lambda_" + name, .scale = costate_scale(i), .guess = state.costate});
+    costate_unknown_[i] = add_unknown(
+        {.name = "lambda_" + name, .scale = costate_scale(i), .guess = state.costate.value_or(0.0)});
     if (!state.start) add_row(fmt::format("transversality of {} at the start", name), costate_scale(i));
   }
 }
@@ -216,6 +218,41 @@ void ExtremalProblem::state_end() {
   if (s_.free_time) add_row("H at the end");
 }
 
+void ExtremalProblem::guess_costates() {
+  GuessedMotion motion{Eigen::VectorXd(n_), Eigen::VectorXd(n_), durations_};
+  for (std::size_t i = 0; i < n_; ++i) {
+    const State& state = s_.states[i].second;
+    if (state.costate) return;
+    motion.start[static_cast<Eigen::Index>(i)] = guess_at(state, false);
+    motion.end[static_cast<Eigen::Index>(i)] = guess_at(state, true);
+  }
+  std::vector<int> constraint;
+  std::vector<std::size_t> multipliers;
+  for (const Junction& junction : junctions_) {
+    constraint.push_back(junction.constraint);
+    multipliers.push_back(junction.multipliers);
+  }
+  estimate_ = estimate_costates(s_, motion, constraint, multipliers);
+  if (!estimate_) return;
+  const auto set = [this](std::size_t unknown, double value) {
+    unknowns_[unknown].guess = value;
+    unknowns_[unknown].scale = std::max(unknowns_[unknown].scale, std::abs(value));
+  };
+  for (std::size_t i = 0; i < n_; ++i) {
+    if (costate_unknown_[i]) set(*costate_unknown_[i], estimate_->start[static_cast<Eigen::Index>(i)]);
+  }
+  for (std::size_t j = 0; j < junctions_.size(); ++j) {
+    for (std::size_t i = 0; i < multipliers[j]; ++i) {
+      Unknown& multiplier = unknowns_[junctions_[j].multiplier + i];
+      if (multiplier.guess == 0.0)
+        set(junctions_[j].multiplier + i, std::max(0.0, estimate_->multipliers[j][static_cast<Eigen::Index>(i)]));
+    }
+  }
+  for (std::size_t i = 0; i < end_multiplier_.size(); ++i) {
+    set(end_multiplier_[i], estimate_->end_multipliers[static_cast<Eigen::Index>(i)]);
+  }
+}
+
 std::optional<Eigen::VectorXd> ExtremalProblem::state_guess(int arc, double fraction) const {
   const auto a = static_cast<std::ptrdiff_t>(arc);
   const double total = std::accumulate(durations_.begin(), durations_.end(), 0.0);
@@ -226,7 +263,13 @@ std::optional<Eigen::VectorXd> ExtremalProblem::state_guess(int arc, double frac
   for (Eigen::Index i = 0; i < rest; ++i) {
     const State& state = s_.states[cyclic_ + static_cast<std::size_t>(i)].second;
     z[i] = std::lerp(guess_at(state, false), guess_at(state, true), way);
-    z[rest + i] = state.costate;
+    z[rest + i] = state.costate.value_or(0.0);
+    if (!estimate_) continue;
+    const Eigen::MatrixXd& along = estimate_->along[static_cast<std::size_t>(arc)];
+    const double place = fraction * CostateEstimate::cells;
+    const auto cell = std::min(static_cast<Eigen::Index>(place), along.cols() - 2);
+    const Eigen::Index row = i + static_cast<Eigen::Index>(cyclic_);
+    z[rest + i] = std::lerp(along(row, cell), along(row, cell + 1), place - static_cast<double>(cell));
   }
   return z;
 }

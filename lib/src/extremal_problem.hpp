@@ -2,7 +2,7 @@
 /// The shooting problem of a stated optimal-control problem.
 #pragma once
 
-#include <costate/extremal_statement.hpp>
+#include "costate_estimate.hpp"
 
 namespace costate {
 
@@ -44,6 +44,7 @@ class ExtremalProblem final : public Problem {
   void state_durations();
   void state_junctions();
   void state_end();
+  void guess_costates();
   [[nodiscard]] std::vector<Condition> conditions(std::size_t junction) const;
   void add_row(std::string name, double scale = 1.0) { rows_.push_back({std::move(name), scale}); }
   std::size_t add_unknown(Unknown unknown);
@@ -61,6 +62,7 @@ class ExtremalProblem final : public Problem {
   std::optional<std::size_t> time_parameter_;
   std::vector<std::size_t> end_multiplier_;
   std::vector<Junction> junctions_;
+  std::optional<CostateEstimate> estimate_;  ///< where no costate is guessed
 };
 
 }  // namespace costate

@@ -14,6 +14,7 @@ Statistics& Statistics::operator+=(const Statistics& other) {
   rhs_evaluations += other.rhs_evaluations;
   sensitivity_evaluations += other.sensitivity_evaluations;
   error_test_failures += other.error_test_failures;
+  exhausted += other.exhausted;
   return *this;
 }
 
@@ -175,6 +176,7 @@ class Flow::Integrator {
     gate_.rethrow();
     if (flag >= 0) return;
     count(statistics);
+    if (flag == CV_TOO_MUCH_WORK) ++statistics.exhausted;
     double reached = 0.0;
     check(CVodeGetCurrentTime(memory_, &reached), "CVodeGetCurrentTime");
     throw LeftDomain(fmt::format("integration stopped at t = {:.6g}: {}", reached, reason(flag)));

@@ -1,12 +1,13 @@
 #include "approach.hpp"
 
-#include "damped.hpp"
 #include "diagnosis.hpp"
+#include "newton.hpp"
 
 #include <costate/error.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <fmt/format.h>
 
 namespace costate {
@@ -56,18 +57,42 @@ bool Approach::run(const Start& start, Eigen::VectorXd& point) {
 }
 
 bool Approach::from_start(const Start& start, Eigen::VectorXd& point) {
+  constexpr int rounds = 40;
+  const bool grows = options_.multiple && !stays_whole(start);
+  if (!grows && whole(start, point)) return true;
+  if (options_.multiple && cut_along(start, point) && globalise(point, rounds)) return true;
+  return grows && whole(start, point);
+}
+
+// Where the arcs cannot be sketched nothing can be said of them, and there is nothing to put nodes on.
+bool Approach::stays_whole(const Start& start) {
   try {
-    if (options_.multiple) apply(mesh_along_guess(shooting_, start, short_segments), shooting_, point);
+    return can_stay_whole(shooting_, start, {});
   } catch (const LeftDomain&) {
-    // Where the arcs cannot be sketched there is nothing to put nodes on.
+    return true;
   }
-  if (!shooting_.cuts().empty()) {
-    constexpr int rounds = 40;
-    if (globalise(point, rounds)) return true;
-    shooting_.set_mesh({});
-    point = start.unknowns;
+}
+
+/// Are there nodes along the states of the start?
+bool Approach::cut_along(const Start& start, Eigen::VectorXd& point) {
+  shooting_.set_mesh({});
+  point = start.unknowns;
+  try {
+    apply(mesh_along_guess(shooting_, start, short_segments), shooting_, point);
+  } catch (const LeftDomain&) {
+    return false;
   }
-  if (near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
+  return !shooting_.cuts().empty();
+}
+
+/// Single shooting.
+bool Approach::whole(const Start& start, Eigen::VectorXd& point) {
+  shooting_.set_mesh({});
+  point = start.unknowns;
+  if (effort_ == Effort::full && near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
+  point = start.unknowns;
+  if (globalise(point, 1)) return true;
+  shooting_.set_mesh({});
   point = start.unknowns;
   return false;
 }
@@ -76,15 +101,20 @@ bool Approach::from_start(const Start& start, Eigen::VectorXd& point) {
 bool Approach::globalise(Eigen::VectorXd& point, int rounds) {
   MeshOptions mesh = short_segments;
   for (int round = 0; round < rounds; ++round) {
-    const DampedResult result = damped_newton(shooting_, point, {});
+    ShootingSystem system(shooting_);
+    const double size = std::sqrt(static_cast<double>(shooting_.size()));
+    const NewtonResult result = natural_newton(system, point, shooting_.unknown_scales(), Bounds::of(shooting_),
+                                               {.residual_tolerance = 10.0 * tolerance_,
+                                                .step_tolerance = 1e-4 * size,
+                                                .relative = true,
+                                                .max_step = std::numeric_limits<double>::infinity(),
+                                                .max_iterations = 100});
     cost_.newton_iterations += result.iterations;
-    if (result.converged) {
-      return true;
-    }
-    reason_ = result.message;
+    if (result.converged() || result.termination == Termination::small_step) return true;
+    reason_ = fmt::format("{}{}{}", describe(result.termination), result.message.empty() ? "" : ": ", result.message);
     try {
-      if (result.blocked) {
-        apply(split(shooting_, point, *result.blocked), shooting_, point);
+      if (result.termination == Termination::left_domain) {
+        apply(split(shooting_, point, shooting_.failed_place()), shooting_, point);
         continue;
       }
       mesh.growth = std::sqrt(mesh.growth);

@@ -17,11 +17,15 @@ NewtonResult kinsol(Shooting& shooting, Eigen::VectorXd& point, const SolveOptio
 /// May the iterate be a root whose residual only drowns in the noise of the integration?
 [[nodiscard]] bool near_root(Termination termination);
 
+/// A brief attempt takes damped Newton steps alone, and ends where they do not lead near a root; a full one tries KINSOL's line search on
+/// the residual too, which creeps where damped steps end, and tight tolerances.
+enum class Effort { brief, full };
+
 /// Cheap steps at a loose tolerance, while they are long.
 class Approach {
  public:
-  Approach(Shooting& shooting, const SolveOptions& options, double tolerance, Cost& cost)
-      : shooting_(shooting), options_(options), tolerance_(tolerance), cost_(cost) {}
+  Approach(Shooting& shooting, const SolveOptions& options, Effort effort, double tolerance, Cost& cost)
+      : shooting_(shooting), options_(options), effort_(effort), tolerance_(tolerance), cost_(cost) {}
 
   /// Moves the point, from the unknowns of the start, near a root. Where that fails, or the looseness itself is in the way (an
   /// unstable arc amplifies it), the point is the start again, and reason() says what happened, if that is worth saying.
@@ -33,12 +37,16 @@ class Approach {
 
  private:
   bool from_start(const Start& start, Eigen::VectorXd& point);
+  [[nodiscard]] bool stays_whole(const Start& start);
+  bool cut_along(const Start& start, Eigen::VectorXd& point);
+  bool whole(const Start& start, Eigen::VectorXd& point);
   bool globalise(Eigen::VectorXd& point, int rounds);
   bool follow_homotopy(const Start& start, Eigen::VectorXd& point);
   bool follow_step(Eigen::VectorXd& point, const std::vector<double>& target, const std::vector<double>& path);
 
   Shooting& shooting_;
   const SolveOptions& options_;
+  Effort effort_;
   double tolerance_;
   Cost& cost_;
   std::string reason_;

@@ -42,9 +42,19 @@ Eigen::VectorXd joined(const Eigen::VectorXd& state, const Eigen::VectorXd& quad
   return value;
 }
 
-Eigen::VectorXd scale_of(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  return a.cwiseAbs().cwiseMax(b.cwiseAbs()).cwiseMax(1.0);
-}
+/// How large the states of an arc get: what their growth is measured in. One that stays at 0 is measured in its own unit.
+class Magnitude {
+ public:
+  explicit Magnitude(Eigen::Index n) : largest_(Eigen::VectorXd::Zero(n)) {}
+  void include(const Eigen::VectorXd& state) { largest_ = largest_.cwiseMax(state.cwiseAbs()); }
+  [[nodiscard]] Eigen::VectorXd scale() const {
+    constexpr double nothing = 1e-8;
+    return (largest_.array() > nothing).select(largest_, 1.0);
+  }
+
+ private:
+  Eigen::VectorXd largest_;
+};
 
 double growth(const Eigen::MatrixXd& transition, const Eigen::VectorXd& scale) {
   if (transition.size() == 0) return 0.0;
@@ -55,7 +65,6 @@ double growth(const Eigen::MatrixXd& transition, const Eigen::VectorXd& scale) {
 struct Part {
   Eigen::VectorXd end, quadrature;
   Eigen::MatrixXd transition;
-  double growth;
 };
 
 Part integrate(Shooting& shooting, const ArcRecord& arc, double from, double to, const Eigen::VectorXd& state) {
@@ -63,7 +72,7 @@ Part integrate(Shooting& shooting, const ArcRecord& arc, double from, double to,
   const auto at = [&](double fraction) { return arc.t0 + fraction * (arc.t1 - arc.t0); };
   const Directions directions{Eigen::MatrixXd::Identity(n, n), Eigen::MatrixXd::Zero(arc.parameter.size(), n)};
   const FlowEnd& end = shooting.flows()[*arc.field].run(at(from), at(to), state, arc.parameter, directions);
-  return {end.state, end.quadrature, end.state_directions, growth(end.state_directions, scale_of(state, end.state))};
+  return {end.state, end.quadrature, end.state_directions};
 }
 
 /// The segments of one call at y, in order.
@@ -102,35 +111,63 @@ class ShortTrials {
   FlowOptions options_;
 };
 
-std::vector<Node> nodes_along_guess(Shooting& shooting, const Start& start, const ArcRecord& arc,
-                                    const MeshOptions& options) {
-  constexpr double far = 100.0, shortest = 1.0 / 512.0;
-  std::vector<Node> nodes;
-  Eigen::VectorXd state = arc.state, quadrature = arc.quadrature;
-  double at = 0.0, length = 1.0;
-  while (at < 1.0) {
-    length = std::min(length, 1.0 - at);
-    const double next = at + length < 1.0 ? at + length : 1.0;
-    const Eigen::VectorXd guess = *start.state(arc.arc, next);
-    bool good = false;
-    Eigen::VectorXd passed = Eigen::VectorXd::Zero(quadrature.size());
+/// An arc along the states of a start.
+class GuessedArc {
+ public:
+  GuessedArc(Shooting& shooting, const Start& start, const ArcRecord& arc)
+      : shooting_(shooting), start_(start), arc_(arc), state_(arc.state), quadrature_(arc.quadrature) {
+    Magnitude magnitude(state_.size());
+    magnitude.include(state_);
+    for (const double fraction : {0.0, 0.25, 0.5, 0.75, 1.0}) magnitude.include(*start.state(arc.arc, fraction));
+    scale_ = magnitude.scale();
+  }
+
+  [[nodiscard]] static bool known(const Start& start, const ArcRecord& arc) {
+    return arc.state.size() > 0 && start.state && start.state(arc.arc, 0.0);
+  }
+
+  /// Goes on to a fraction of the arc along its flow, and there back to the guessed states; false, and stays, if it grows or goes astray too much.
+  bool advance(double to, const MeshOptions& options) {
+    constexpr double far = 100.0;
+    const Eigen::VectorXd guess = *start_.state(arc_.arc, to);
     try {
-      const Part part = integrate(shooting, arc, at, next, state);
-      const Eigen::VectorXd off = (part.end - guess).cwiseQuotient(scale_of(state, guess));
-      good = part.growth <= options.growth && (off.size() == 0 || off.cwiseAbs().maxCoeff() <= far);
-      passed = part.quadrature;
+      const Part part = integrate(shooting_, arc_, at_, to, state_);
+      const Eigen::VectorXd off = (part.end - guess).cwiseQuotient(scale_.cwiseMax(1.0));
+      if (!(growth(part.transition, scale_) <= options.growth && off.cwiseAbs().maxCoeff() <= far)) return false;
+      quadrature_ += part.quadrature;
     } catch (const LeftDomain&) {
-      // Too long, as far as one can tell.
+      return false;  // too long, as far as one can tell
     }
-    if (!good && length > shortest && nodes.size() < static_cast<std::size_t>(options.max_segments)) {
-      length *= 0.5;
-      continue;
-    }
-    at = next;
-    quadrature += passed;
-    state = guess;
-    if (at < 1.0) nodes.push_back({at, joined(state, quadrature)});
-    length *= 2.0;
+    move(to, guess);
+    return true;
+  }
+  void jump(double to) { move(to, *start_.state(arc_.arc, to)); }
+  [[nodiscard]] double at() const { return at_; }
+  [[nodiscard]] Node node() const { return {at_, joined(state_, quadrature_)}; }
+
+ private:
+  void move(double to, const Eigen::VectorXd& guess) {
+    at_ = to;
+    state_ = guess;
+  }
+
+  Shooting& shooting_;
+  const Start& start_;
+  const ArcRecord& arc_;
+  double at_ = 0.0;
+  Eigen::VectorXd state_, quadrature_, scale_;
+};
+
+std::vector<Node> nodes_along(GuessedArc arc, const MeshOptions& options) {
+  constexpr double shortest = 1.0 / 512.0;
+  std::vector<Node> nodes;
+  for (double length = 1.0; arc.at() < 1.0; length *= 2.0) {
+    length = std::min(length, 1.0 - arc.at());
+    const auto end = [&] { return arc.at() + length < 1.0 ? arc.at() + length : 1.0; };
+    const bool enough = nodes.size() >= static_cast<std::size_t>(options.max_segments);
+    while (!enough && length > shortest && !arc.advance(end(), options)) length *= 0.5;
+    if (enough || length <= shortest) arc.jump(end());
+    if (arc.at() < 1.0) nodes.push_back(arc.node());
   }
   return nodes;
 }
@@ -141,10 +178,17 @@ Mesh mesh_along_guess(Shooting& shooting, const Start& start, const MeshOptions&
   const ShortTrials trials(shooting);
   Nodes nodes;
   for (const ArcRecord& arc : shooting.sketch(start)) {
-    const bool known = arc.state.size() > 0 && start.state && start.state(arc.arc, 0.0);
-    nodes.push_back(known ? nodes_along_guess(shooting, start, arc, options) : std::vector<Node>{});
+    nodes.push_back(GuessedArc::known(start, arc) ? nodes_along({shooting, start, arc}, options) : std::vector<Node>{});
   }
   return mesh_of(nodes);
+}
+
+bool can_stay_whole(Shooting& shooting, const Start& start, const MeshOptions& options) {
+  const ShortTrials trials(shooting);
+  const std::vector<ArcRecord> arcs = shooting.sketch(start);
+  return std::all_of(arcs.begin(), arcs.end(), [&](const ArcRecord& arc) {
+    return !GuessedArc::known(start, arc) || GuessedArc(shooting, start, arc).advance(1.0, options);
+  });
 }
 
 Mesh remesh(Shooting& shooting, const Eigen::VectorXd& y, const MeshOptions& options) {
@@ -152,13 +196,18 @@ Mesh remesh(Shooting& shooting, const Eigen::VectorXd& y, const MeshOptions& opt
   Nodes nodes;
   for (const auto& segments : segments_by_call(shot)) {
     std::vector<Node>& kept = nodes.emplace_back();
+    Magnitude magnitude(segments.front().state.size());
+    for (const ArcRecord& segment : segments) {
+      magnitude.include(segment.state);
+      magnitude.include(segment.end_state);
+    }
+    const Eigen::VectorXd scale = magnitude.scale();
     Eigen::MatrixXd passed;  // from the last node kept to the segment
     for (std::size_t j = 0; j < segments.size(); ++j) {
       const ArcRecord& segment = segments[j];
       if (segment.state.size() == 0) continue;
       const auto [from, to] = span(shooting.cuts(), segment.place.call, j);
       const Part whole = integrate(shooting, segment, 0.0, 1.0, segment.state);
-      const Eigen::VectorXd scale = scale_of(segment.state, whole.end);
       const bool first = passed.size() == 0;
       if (!first && growth(whole.transition * passed, scale) <= options.growth) {
         passed = whole.transition * passed;
@@ -166,8 +215,9 @@ Mesh remesh(Shooting& shooting, const Eigen::VectorXd& y, const MeshOptions& opt
       }
       if (!first) kept.push_back({from, joined(segment.state, segment.quadrature)});
       passed = whole.transition;
-      if (whole.growth <= options.growth) continue;
-      const int pieces = 1 + static_cast<int>(std::log(whole.growth) / std::log(options.growth));
+      const double grown = growth(whole.transition, scale);
+      if (grown <= options.growth) continue;
+      const int pieces = 1 + static_cast<int>(std::log(grown) / std::log(options.growth));
       for (int k = 1; k < pieces; ++k) {
         const double fraction = static_cast<double>(k) / pieces;
         const Part part = integrate(shooting, segment, 0.0, fraction, segment.state);
@@ -202,8 +252,13 @@ Mesh split(Shooting& shooting, const Eigen::VectorXd& y, const SegmentPlace& pla
 double largest_growth(Shooting& shooting, const Eigen::VectorXd& y) {
   const Shot shot = shooting.evaluate(y);
   double largest = 0.0;
-  for (const ArcRecord& segment : shot.arcs())
-    largest = std::max(largest, integrate(shooting, segment, 0.0, 1.0, segment.state).growth);
+  for (const ArcRecord& segment : shot.arcs()) {
+    const Part whole = integrate(shooting, segment, 0.0, 1.0, segment.state);
+    Magnitude magnitude(segment.state.size());
+    magnitude.include(segment.state);
+    magnitude.include(whole.end);
+    largest = std::max(largest, growth(whole.transition, magnitude.scale()));
+  }
   return largest;
 }
 

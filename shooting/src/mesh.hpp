@@ -1,7 +1,7 @@
 /// \file
 /// Where arcs are cut for multiple shooting. Private to the shooting library.
 ///
-/// A segment may magnify what it starts from by no more than a bound, max |Φᵢⱼ| sⱼ/sᵢ in the scales s of the states: rounding and
+/// A segment may magnify what it starts from by no more than a bound, max |Φᵢⱼ| sⱼ/sᵢ in the magnitudes s that the states have on the arc: rounding and
 /// integration errors then stay errors, and Newton's method sees a function it can linearise (Ascher, Mattheij & Russell, Numerical
 /// Solution of Boundary Value Problems for ODEs, 1995, §4.3).
 #pragma once
@@ -19,6 +19,10 @@ struct MeshOptions {
 /// bounded growth and does not leave it by more than a hundred times the scale. Arcs without such states are not cut. An arc that needs
 /// no cut stays whole. \throws LeftDomain if the arcs cannot be sketched
 [[nodiscard]] Mesh mesh_along_guess(Shooting& shooting, const Start& start, const MeshOptions& options);
+
+/// Can every arc be integrated as a whole from the states of a start, with bounded growth and without leaving them as above? Yes where
+/// nothing is known. \throws LeftDomain if the arcs cannot be sketched
+[[nodiscard]] bool can_stay_whole(Shooting& shooting, const Start& start, const MeshOptions& options);
 
 /// Cuts along the arcs at y, which can be integrated as they are cut now: segments that together grow less than the bound become
 /// one, those that grow more are cut. \throws LeftDomain

@@ -109,6 +109,7 @@ Shot Shooting::values(const Eigen::VectorXd& y) {
 }
 
 void Shooting::shoot(Shot& shot) {
+  if (statistics().steps >= step_limit_) throw BudgetSpent(fmt::format("{} integration steps are spent", step_limit_));
   try {
     problem_->shoot(shot);
   } catch (const LeftDomain&) {

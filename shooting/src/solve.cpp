@@ -1,4 +1,5 @@
 #include "approach.hpp"
+#include "attempt.hpp"
 #include "diagnosis.hpp"
 #include "opinions.hpp"
 #include "verify.hpp"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <limits>
 #include <fmt/format.h>
 
 namespace costate {
@@ -26,35 +28,34 @@ double excess(const Quantity& quantity, double accuracy) {
   return std::isfinite(ratio) ? ratio : std::numeric_limits<double>::infinity();
 }
 
-void check_options(const SolveOptions& options) {
-  if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
-    throw BadInput(
-        fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy, coarsest_accuracy));
-  }
-  if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
-  if (options.max_iterations < 1) {
-    throw BadInput(fmt::format("max_iterations = {} is not admissible: 1 or more", options.max_iterations));
-  }
-  if (!(options.max_step > 0.0 && std::isfinite(options.max_step))) {
-    throw BadInput(fmt::format("max_step = {:g} is not admissible: a positive number", options.max_step));
-  }
-}
-
 class Solver {
  public:
-  Solver(Shooting& shooting, const SolveOptions& options)
+  Solver(Shooting& shooting, const SolveOptions& options, Effort effort)
       : shooting_(shooting),
         options_(options),
+        effort_(effort),
         before_(shooting.statistics()),
-        approach_(shooting, options_, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
+        approach_(shooting, options_, effort, std::max(1e-6, tolerance_per_accuracy * options.accuracy), solution_.cost) {
     solution_.problem = shooting.shared_problem();
     solution_.parameters = shooting.parameters();
   }
 
   Solution run(const Start& start) {
     const double began = thread_seconds();
-    approach_.run(start, point_);
-    if (refine()) verify();
+    shooting_.set_step_limit(before_.steps + options_.max_total_steps);
+    try {
+      const bool near = approach_.run(start, point_);
+      if (!near && effort_ == Effort::brief) {
+        solution_.message = approach_.reason();
+      } else if (refine()) {
+        verify();
+      }
+    } catch (const BudgetSpent&) {
+      solution_.message = fmt::format("given up: {} integration steps are spent{}{}; try {}", options_.max_total_steps,
+                                      approach_.reason().empty() ? "" : "; the last difficulty was: ", approach_.reason(),
+                                      options_.advice);
+    }
+    shooting_.set_step_limit(std::numeric_limits<long>::max());
     solution_.y = point_.head(shooting_.border());
     solution_.nodes = static_cast<int>(shooting_.node_sizes().size());
     const Statistics now = shooting_.statistics();
@@ -211,6 +212,7 @@ class Solver {
 
   Shooting& shooting_;
   SolveOptions options_;
+  Effort effort_;
   Statistics before_;
   Approach approach_;
   bool cut_ = false;       ///< where the arcs grow, for the sake of accuracy
@@ -219,6 +221,29 @@ class Solver {
 };
 
 }  // namespace
+
+void check_options(const SolveOptions& options) {
+  if (!(options.accuracy >= finest_accuracy && options.accuracy <= coarsest_accuracy)) {
+    throw BadInput(
+        fmt::format("accuracy = {:g} is not admissible: {:g} … {:g}", options.accuracy, finest_accuracy, coarsest_accuracy));
+  }
+  if (options.max_steps < 1) throw BadInput(fmt::format("max_steps = {} is not admissible: 1 or more", options.max_steps));
+  if (options.max_total_steps < 1) {
+    throw BadInput(fmt::format("max_total_steps = {} is not admissible: 1 or more", options.max_total_steps));
+  }
+  if (options.max_iterations < 1) {
+    throw BadInput(fmt::format("max_iterations = {} is not admissible: 1 or more", options.max_iterations));
+  }
+  if (!(options.max_step > 0.0 && std::isfinite(options.max_step))) {
+    throw BadInput(fmt::format("max_step = {:g} is not admissible: a positive number", options.max_step));
+  }
+}
+
+Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options, Effort effort) {
+  Solution solution = Solver(shooting, options, effort).run(start);
+  solution.arrived = solution.status == Solution::Status::failed ? 0 : 1;
+  return solution;
+}
 
 double thread_seconds() {
   timespec now{};
@@ -233,16 +258,42 @@ Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& star
   }
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
   const Problem& problem = shooting.problem();
-  Start first{start, [&](int arc, double fraction) { return problem.state_guess(arc, fraction); }};
-  Solution solution = Solver(shooting, options).run(first);
-  if (solution.solved()) return solution;
-  if (const auto other = problem.search_start(shooting.parameters())) {
-    Solution second = Solver(shooting, options).run(*other);
-    second.cost.add(solution.cost);
-    if (second.solved()) return second;
-    solution.cost = second.cost;
+  const Start given{start, [&](int arc, double fraction) { return problem.state_guess(arc, fraction); }};
+  if (!options.random) return attempt(shooting, given, options);
+  const long exhausted = shooting.statistics().exhausted;
+  Solution found = attempt(shooting, given, options, Effort::brief);
+  // A root, if refused, says more than none; all the rest is told by a full attempt, if nothing helps.
+  const auto take = [&found](Solution next) {
+    next.starts += found.starts;
+    next.arrived += found.arrived;
+    next.cost.add(found.cost);
+    if (next.status == Solution::Status::failed && found.status == Solution::Status::refused) {
+      std::swap(next, found);
+      found.starts = next.starts;
+      found.arrived = next.arrived;
+      found.cost = next.cost;
+    } else {
+      found = std::move(next);
+    }
+  };
+  if (!found.solved() && options.method == Method::adams && shooting.statistics().exhausted > exhausted) {
+    SolveOptions stiff = options;
+    stiff.method = Method::bdf;
+    take(attempt(shooting, given, stiff, Effort::brief));
   }
-  return solution;
+  if (!found.solved()) {
+    if (const auto other = problem.search_start(shooting.parameters()))
+      take(attempt(shooting, *other, options, Effort::brief));
+  }
+  if (!found.solved()) take(attempt_at_random(shooting, start, options, *options.random));
+  if (found.status == Solution::Status::failed) {
+    Solution last = attempt(shooting, given, options);
+    last.starts = 0;  // the first again
+    take(std::move(last));
+  }
+  if (!found.solved())
+    found.message += fmt::format("; of {} starts {} led to a root, none to a solution", found.starts, found.arrived);
+  return found;
 }
 
 Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Eigen::VectorXd>& start,
@@ -253,7 +304,9 @@ Solution solve(std::shared_ptr<const Problem> problem, const Eigen::Ref<const Ei
 
 Solution solve(std::shared_ptr<const Problem> problem, const SolveOptions& options) {
   const Eigen::VectorXd start = problem->start();
-  return solve(std::move(problem), start, options);
+  SolveOptions everything = options;
+  if (!everything.random) everything.random.emplace();
+  return solve(std::move(problem), start, everything);
 }
 
 }  // namespace costate

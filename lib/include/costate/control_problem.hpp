@@ -196,13 +196,13 @@ class ControlProblem {
     check_sizes();
     ExtremalStatement s = s_;
     s.cyclic = cyclic_states<M>();
-    s.system = map<n + 1>([system = model_.system]<class S>(const Vec<S, n>& q, const Vec<S, k>& u, const Vec<S, m>& p) {
-      const auto f = system.dynamics(q, u, p);
-      Vec<S, n + 1> r{};
-      std::copy(f.begin(), f.end(), r.begin());
-      r[n] = running_cost<M, S>(system, q, u, p);
-      return r;
-    });
+    s.system = system_map(model_.system);
+    s.linearise = [model = model_](const std::vector<double>& x, const Eigen::VectorXd& u) {
+      return linearised(model, x, u);
+    };
+    const ControlSearch<k> searched = search();
+    s.control_start = Eigen::Map<const Eigen::VectorXd>(searched.start.data(), k);
+    s.control_scale = Eigen::Map<const Eigen::VectorXd>(searched.scale.data(), k);
     for (const StatedConstraint& c : constraints_) {
       auto constraint = c.make(*this);
       const int order = order_of(c, *constraint);
@@ -290,6 +290,27 @@ class ControlProblem {
       search.scale[i] = c.scale > 0.0 ? c.scale : both ? 0.5 * (*c.upper - *c.lower) : 1.0;
     }
     return search;
+  }
+
+  static Linearisation linearised(const W& model, const std::vector<double>& x, const Eigen::VectorXd& u) {
+    using D = Dual<double, n + k>;
+    MayerPoint<M, D> at(x);
+    Vec<D, k> controls{};
+    for (int i = 0; i < n; ++i) at.state[static_cast<std::size_t>(i) + 1].gradient[static_cast<std::size_t>(i)] = 1.0;
+    for (int i = 0; i < k; ++i) controls[static_cast<std::size_t>(i)] = D::variable(u[i], n + i);
+    const auto f = model.dynamics(at.state, controls, at.parameter);
+    Eigen::MatrixXd gradient(n + 1, n + k);
+    Linearisation r{.f = Eigen::VectorXd(n), .f_q = {}, .f_u = {}, .cost = f[0].value, .cost_q = {}, .cost_u = {}};
+    for (int i = 0; i <= n; ++i) {
+      const D& rate = f[static_cast<std::size_t>(i)];
+      gradient.row(i) = Eigen::Map<const Eigen::RowVectorXd>(rate.gradient.data(), n + k);
+      if (i > 0) r.f[i - 1] = rate.value;
+    }
+    r.cost_q = gradient.row(0).head(n).transpose();
+    r.cost_u = gradient.row(0).tail(k).transpose();
+    r.f_q = gradient.bottomLeftCorner(n, n);
+    r.f_u = gradient.bottomRightCorner(n, k);
+    return r;
   }
 
   void check_sizes() const {

@@ -33,12 +33,12 @@ namespace costate {
 
 /// A state variable.
 struct State {
-  std::optional<double> start{};  ///< fixed value at t = 0; none: free
-  std::optional<double> end{};    ///< fixed value at T; none: free
-  double scale = 1.0;             ///< a typical magnitude
-  std::optional<double> guess{};  ///< of a free value
-  double costate = 0.0;           ///< guess of λ(0)
-  double costate_scale = 0.0;     ///< a typical magnitude of λ; 0: ten over that of the state, or the guess if it is larger
+  std::optional<double> start{};    ///< fixed value at t = 0; none: free
+  std::optional<double> end{};      ///< fixed value at T; none: free
+  double scale = 1.0;               ///< a typical magnitude
+  std::optional<double> guess{};    ///< of a free value
+  std::optional<double> costate{};  ///< guess of λ(0); without any, costates are estimated from the guessed motion
+  double costate_scale = 0.0;  ///< a typical magnitude of λ; 0: ten over that of the state, or the guess if it is larger
   std::string unit = "1";
 };
 
@@ -59,6 +59,14 @@ struct Arc {
 /// A user's row at a junction: of x = (q, λ, p) before it and the controls before and after.
 using JunctionRow =
     std::function<Jet(const std::vector<Jet>& x, const std::vector<Jet>& before, const std::vector<Jet>& after)>;
+
+/// f and L at a point, with their derivatives.
+struct Linearisation {
+  Eigen::VectorXd f;               ///< (n)
+  Eigen::MatrixXd f_q, f_u;        ///< (n × n), (n × k)
+  double cost = 0.0;               ///< L
+  Eigen::VectorXd cost_q, cost_u;  ///< (n), (k)
+};
 
 struct ExtremalStatement {
   struct Constraint {
@@ -82,6 +90,8 @@ struct ExtremalStatement {
   };
 
   int cyclic = 0;
+  std::function<Linearisation(const std::vector<double>& x, const Eigen::VectorXd& u)> linearise;  ///< of the system
+  Eigen::VectorXd control_start, control_scale;  ///< where controls are searched, and typical magnitudes (k)
   std::vector<std::pair<std::string, State>> states;
   std::vector<std::pair<std::string, Control>> controls;
   std::vector<Parameter> parameters;

@@ -35,6 +35,7 @@ struct Statistics {
   long rhs_evaluations = 0;          ///< of f
   long sensitivity_evaluations = 0;  ///< of all directions at once
   long error_test_failures = 0;
+  long exhausted = 0;                ///< integrations that ended at max_steps
   Statistics& operator+=(const Statistics& other);
 };
 

@@ -293,7 +293,8 @@ struct SingularLaw {
 
   template <class S>
   Vec<S, 1> control(const State<S>& q, const State<S>& costate, const Parameter<S>& p) const {
-    return {-(second(q, costate, p, S(0.0)) / kelley(q, costate, p))};
+    const S drift = second(q, costate, p, S(0.0));
+    return {drift / (drift - second(q, costate, p, S(1.0)))};
   }
   /// d/dt H_u = {H₀, H₁}.
   template <class S>

@@ -75,7 +75,7 @@ using RowScalar = Dual<double, 4>;
 struct TwoPointState {
   std::optional<double> start{}, end{};
   std::optional<double> guess{};  ///< of the value at an end where it is not fixed; none: that of the other end, or 0
-  double scale = 1.0;             ///< a typical magnitude, above 0
+  double scale = 1.0;             ///< a typical magnitude, above 0: in a layer of width ε that of a slope is 1/ε
   std::string unit{};
 };
 

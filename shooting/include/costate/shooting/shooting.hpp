@@ -5,6 +5,7 @@
 #include <costate/nonlinear.hpp>
 #include <costate/problem.hpp>
 
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -39,6 +40,8 @@ class Shooting final : public NonlinearSystem {
   void set_mesh(const Mesh& mesh);
   [[nodiscard]] const Cuts& cuts() const { return cuts_; }
   [[nodiscard]] const std::vector<int>& node_sizes() const { return node_sizes_; }
+  /// Evaluations throw BudgetSpent once statistics().steps has reached this number.
+  void set_step_limit(long steps) { step_limit_ = steps; }
   /// Number of the problem's own unknowns.
   [[nodiscard]] Eigen::Index border() const { return static_cast<Eigen::Index>(problem_->unknowns().size()); }
 
@@ -89,6 +92,7 @@ class Shooting final : public NonlinearSystem {
   std::vector<int> node_sizes_;
   Eigen::VectorXd node_scales_;
   SegmentPlace failed_place_;
+  long step_limit_ = std::numeric_limits<long>::max();
   std::unique_ptr<Staircase> newton_;
   FlowCache flows_;
   std::optional<Shot> shot_;

@@ -90,6 +90,8 @@ struct Solution {
   Eigen::VectorXd y;                ///< unknowns, in the problem's order
   std::vector<Quantity> unknowns;   ///< the same, named
   std::vector<Quantity> reports;    ///< final time, switching times, …
+  int starts = 1;                   ///< made; more than one if the first led to no solution
+  int arrived = 0;                  ///< of these, led to a root, refused or not
   int nodes = 0;                    ///< of multiple shooting, at which arcs were cut; 0 is single shooting
   Certificate certificate;
   Cost cost;

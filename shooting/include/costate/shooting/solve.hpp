@@ -18,16 +18,33 @@ struct Homotopy {
   double from = 0.0;
 };
 
+/// Seeded random starts. The k-th is drawn, within the domains of the unknowns, from a box of 2ⁿ times the radius, n being how often 2
+/// divides k: half of the starts from the smallest box, a quarter from one twice as wide, and so on, so that a solution at any distance
+/// is reached, at no more than twice the starts its own box would take for every halving. Boxes are by turns around the start that
+/// was asked for and around the guesses that the problem states (around 0, where these are the start).
+struct RandomStarts {
+  unsigned seed = 1;               ///< the same seed gives the same starts on every machine
+  int count = 300;                 ///< at most
+  double radius = 1.0;             ///< of the smallest box, in scales of the unknowns
+  long max_steps = 1000;           ///< of the integrator, per arc
+  long max_total_steps = 5000000;  ///< of all starts together
+};
+
 struct SolveOptions {
   /// Wanted absolute error (relative above 1) of every unknown and report, within finest_accuracy … coarsest_accuracy.
   double accuracy = 1e-8;
   Method method = Method::adams;
-  long max_steps = 20000;   ///< of the integrator, per arc
-  int max_iterations = 50;  ///< of Newton's method, per tolerance
-  double max_step = 1.0;    ///< of Newton's method, in scaled unknowns
+  long max_steps = 20000;           ///< of the integrator, per arc or segment of one
+  long max_total_steps = 10000000;  ///< of the integrator, from one start
+  int max_iterations = 50;          ///< of Newton's method, per tolerance
+  double max_step = 1.0;            ///< of Newton's method, in scaled unknowns
   bool line_search = true;
   std::optional<Homotopy> homotopy{};
   bool multiple = true;  ///< arcs may be cut for multiple shooting
+  /// What to try where the start leads to no solution: backward differentiation, if arcs seem stiff; a start of the problem's own
+  /// (Problem::search_start); then these. Unless set: none of all that where a start is given, which a caller may have others of; the
+  /// defaults where none is.
+  std::optional<RandomStarts> random{};
   /// What the message of a failed solve says to try.
   std::string advice = "a start closer to the solution, or continuation from a solved scene";
 };
