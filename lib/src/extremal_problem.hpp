@@ -11,6 +11,8 @@ class ExtremalProblem final : public Problem {
   explicit ExtremalProblem(ExtremalStatement statement);
 
   [[nodiscard]] std::optional<Eigen::VectorXd> state_guess(int arc, double fraction) const override;
+  /// From a coarse direct solution, see direct_phase.hpp and direct_start.hpp.
+  [[nodiscard]] std::optional<Start> search_start(const std::vector<double>& parameters) const override;
   void shoot(Shot& shot) const override;
   [[nodiscard]] std::vector<Column> columns() const override;
   [[nodiscard]] std::vector<double> observe(const ArcPoint& point, const std::vector<double>& parameters) const override;

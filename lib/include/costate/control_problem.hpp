@@ -84,7 +84,11 @@ class ControlProblem {
   ControlProblem& constraint(std::string name, C c, ConstraintOptions options = {}) {
     static_assert(k == 1, "constraints are stated for systems with one control");
     auto limit = std::make_shared<const C>(std::move(c));
-    constraints_.push_back({name, options.order,
+    auto alone = map<1>([limit](const auto& q, const auto&, const auto& p) {
+      using S = typename std::decay_t<decltype(q)>::value_type;
+      return Vec<S, 1>{(*limit)(q, p)};
+    });
+    constraints_.push_back({name, options.order, std::move(alone),
                             [limit](const ControlProblem& of) -> std::shared_ptr<const StateConstraint> {
                               return std::make_shared<StateConstraintOf<M, C>>(limit, of.model_, of.search().start[0]);
                             },
@@ -100,6 +104,10 @@ class ControlProblem {
   ControlProblem& mixed(std::string name, C c) {
     static_assert(k == 1, "constraints are stated for systems with one control");
     auto limit = std::make_shared<const C>(std::move(c));
+    s_.mixed_maps.push_back(map<1>([limit](const auto& q, const auto& u, const auto& p) {
+      using S = typename std::decay_t<decltype(u)>::value_type;
+      return Vec<S, 1>{(*limit)(q, u, p)};
+    }));
     s_.mixed.emplace_back(name, [limit](const std::vector<double>& x, const std::vector<double>& u) {
       const MayerPoint<M, double> at(x);
       return (*limit)(W::own_states(at.state), Vec<double, 1>{u[0]}, W::own_parameters(at.parameter));
@@ -188,6 +196,7 @@ class ControlProblem {
     check_sizes();
     ExtremalStatement s = s_;
     s.cyclic = cyclic_states<M>();
+    s.system = system_map(model_.system);
     s.linearise = [model = model_](const std::vector<double>& x, const Eigen::VectorXd& u) {
       return linearised(model, x, u);
     };
@@ -197,7 +206,7 @@ class ControlProblem {
     for (const StatedConstraint& c : constraints_) {
       auto constraint = c.make(*this);
       const int order = order_of(c, *constraint);
-      s.constraints.push_back({c.name, std::move(constraint), order});
+      s.constraints.push_back({c.name, std::move(constraint), order, c.map});
     }
     for (const PendingArc& arc : arcs_) {
       if (arc.constraint.empty()) {
@@ -220,6 +229,7 @@ class ControlProblem {
   struct StatedConstraint {
     std::string name;
     int order;
+    std::shared_ptr<const SmoothMap> map;
     std::function<std::shared_ptr<const StateConstraint>(const ControlProblem&)> make;
     std::function<std::shared_ptr<const ExtremalArc>(const ControlProblem&, int order)> arc;
   };
@@ -240,6 +250,10 @@ class ControlProblem {
     ExtremalStatement::Junction stated;
   };
 
+  template <int rows, class F>
+  static std::shared_ptr<const SmoothMap> map(F f) {
+    return smooth_map<n, k, m, rows>(std::move(f));
+  }
   ControlProblem& add(std::string name, const Arc& known, MakeArc make, std::string constraint = {}, int side = 0) {
     arcs_.push_back({std::move(name), known, std::move(make), std::move(constraint), side});
     return *this;

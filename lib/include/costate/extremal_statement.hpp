@@ -25,6 +25,7 @@
 #include <costate/ends.hpp>
 #include <costate/extremal_arc.hpp>
 #include <costate/problem.hpp>
+#include <costate/smooth_map.hpp>
 
 #include <optional>
 
@@ -72,6 +73,7 @@ struct ExtremalStatement {
     std::string name;
     std::shared_ptr<const StateConstraint> constraint;
     int order = 0;
+    std::shared_ptr<const SmoothMap> map;  ///< c alone (1 row)
   };
   struct PlacedArc {
     std::string name;
@@ -99,6 +101,8 @@ struct ExtremalStatement {
   std::vector<std::pair<std::string, std::shared_ptr<const EndFunction>>> end_conditions;
   std::vector<Constraint> constraints;
   std::vector<std::pair<std::string, MixedConstraint>> mixed;
+  std::vector<std::shared_ptr<const SmoothMap>> mixed_maps;  ///< the same in their order (1 row each)
+  std::shared_ptr<const SmoothMap> system;                   ///< (f, L) (n + 1 rows)
   std::vector<PlacedArc> arcs;
   std::vector<Junction> junctions;  ///< one fewer than arcs
 };

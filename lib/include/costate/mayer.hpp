@@ -11,6 +11,9 @@
 #pragma once
 
 #include <costate/pontryagin.hpp>
+#include <costate/smooth_map.hpp>
+
+#include <algorithm>
 
 namespace costate {
 
@@ -86,6 +89,19 @@ Vec<S, M::controls> control_gradient(const M& model, const Vec<S, M::states>& q,
   Vec<D, M::controls> moving{};
   for (int i = 0; i < M::controls; ++i) moving[static_cast<std::size_t>(i)] = D::variable(u[static_cast<std::size_t>(i)], i);
   return hamiltonian(model, lift<D>(q), lift<D>(costate), moving, lift<D>(p)).gradient;
+}
+
+/// (f, L) of a system (n + 1 rows).
+template <ControlledSystem M>
+std::shared_ptr<const SmoothMap> system_map(const M& system) {
+  constexpr int n = M::states, k = M::controls, m = M::parameters;
+  return smooth_map<n, k, m, n + 1>([system]<class S>(const Vec<S, n>& q, const Vec<S, k>& u, const Vec<S, m>& p) {
+    const auto f = system.dynamics(q, u, p);
+    Vec<S, n + 1> r{};
+    std::copy(f.begin(), f.end(), r.begin());
+    r[n] = running_cost<M, S>(system, q, u, p);
+    return r;
+  });
 }
 
 }  // namespace costate
