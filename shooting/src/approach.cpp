@@ -98,7 +98,7 @@ bool Approach::whole(const Start& start, Eigen::VectorXd& point) {
   point = start.unknowns;
   if (effort_ == Effort::full && near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
   point = start.unknowns;
-  if ((effort_ == Effort::brief || knows_states(start)) && globalise(point, 1)) return true;
+  if ((effort_ != Effort::full || knows_states(start)) && globalise(point, 1)) return true;
   shooting_.set_mesh({});
   point = start.unknowns;
   return false;
@@ -143,6 +143,23 @@ bool Approach::cut_by_growth(Eigen::VectorXd& point, const MeshOptions& mesh) {
   }
 }
 
+namespace {
+
+/// Gives a shooting its parameters back, whatever happens.
+class Restored {
+ public:
+  explicit Restored(Shooting& shooting) : shooting_(shooting), parameters_(shooting.parameters()) {}
+  Restored(const Restored&) = delete;
+  Restored& operator=(const Restored&) = delete;
+  ~Restored() { shooting_.set_parameters(parameters_); }
+
+ private:
+  Shooting& shooting_;
+  std::vector<double> parameters_;
+};
+
+}  // namespace
+
 bool Approach::follow_homotopy(const Start& start, Eigen::VectorXd& point) {
   const Homotopy& homotopy = *options_.homotopy;
   const auto& parameters = shooting_.problem().parameters();
@@ -166,6 +183,7 @@ bool Approach::follow_homotopy(const Start& start, Eigen::VectorXd& point) {
   };
   std::vector<double> at = target;
   at[place] = from;
+  const Restored restored(shooting_);
   shooting_.set_parameters(at);
   check_well_posed(shooting_, point);
   bool good = from_start(start, point);
@@ -186,7 +204,6 @@ bool Approach::follow_homotopy(const Start& start, Eigen::VectorXd& point) {
       good = step > shortest;
     }
   }
-  shooting_.set_parameters(target);
   if (good) return true;
   reason_ = fmt::format("the homotopy ends at {} = {:.6g}: {}", homotopy.parameter, value(s), reason_);
   shooting_.set_mesh({});

@@ -19,7 +19,8 @@ NewtonResult kinsol(Shooting& shooting, Eigen::VectorXd& point, const SolveOptio
 
 /// A brief attempt takes damped Newton steps alone, and ends where they do not lead near a root; a full one tries KINSOL's line search on
 /// the residual too, which creeps where damped steps end, and tight tolerances.
-enum class Effort { brief, full };
+/// One at a glance is brief, and given up after few integrations.
+enum class Effort { glance, brief, full };
 
 /// Cheap steps at a loose tolerance, while they are long.
 class Approach {

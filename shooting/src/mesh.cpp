@@ -68,6 +68,7 @@ struct Part {
 };
 
 Part integrate(Shooting& shooting, const ArcRecord& arc, double from, double to, const Eigen::VectorXd& state) {
+  shooting.check_step_limit();
   const Eigen::Index n = state.size();
   const auto at = [&](double fraction) { return arc.t0 + fraction * (arc.t1 - arc.t0); };
   const Directions directions{Eigen::MatrixXd::Identity(n, n), Eigen::MatrixXd::Zero(arc.parameter.size(), n)};

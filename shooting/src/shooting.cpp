@@ -108,8 +108,12 @@ Shot Shooting::values(const Eigen::VectorXd& y) {
   return shot;
 }
 
-void Shooting::shoot(Shot& shot) {
+void Shooting::check_step_limit() const {
   if (statistics().steps >= step_limit_) throw BudgetSpent(fmt::format("{} integration steps are spent", step_limit_));
+}
+
+void Shooting::shoot(Shot& shot) {
+  check_step_limit();
   try {
     problem_->shoot(shot);
   } catch (const LeftDomain&) {

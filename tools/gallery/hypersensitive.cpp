@@ -1,5 +1,5 @@
 // A hurry at either end and a long stay at rest between them: over T = 50 an error of λ(0) grows by e^50. The program cuts the arc as it
-// must; its way leads over shorter problems of the same kind, from T = 1 on (a homotopy).
+// must.
 //   minimise ∫ ½ (x² + u²) dt,   x' = −x³ + u,   x(0) = 1.5,  x(50) = 1.
 // In closed form for T → ∞, from H = 0: J = (G(1.5) − 1.5⁴/4) + (G(1) + 1/4), G(x) = (x² √(x⁴ + 1) + arsinh x²)/4.
 // A. V. Rao & K. D. Mease, Optim. Control Appl. Meth. 21 (2000) 1–19.
@@ -22,5 +22,5 @@ struct Hypersensitive {
 int main() {
   ControlProblem problem(Hypersensitive{});
   problem.state("x", {.start = 1.5, .end = 1.0}).control("u").final_time(50.0).interior();
-  return print(solve(problem.shared(), {.homotopy = Homotopy{.parameter = "final_time", .from = 1.0}}));
+  return print(solve(problem.shared()));
 }

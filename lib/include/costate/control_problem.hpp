@@ -70,6 +70,8 @@ class ControlProblem {
   /// Φ, a function of Ends, added to ∫ L dt.
   template <class F>
   ControlProblem& terminal_cost(F f) {
+    static_assert(requires(const M system, Vec<double, n> q, Vec<double, k> u, Vec<double, M::parameters> p) { system.cost(q, u, p); },
+                  "a system without cost() minimises the time: state cost() = 0 if all that counts is the end, 1 if the time does too");
     s_.terminal_cost = std::make_shared<EndFunctionOf<n, m, F>>(std::move(f));
     return *this;
   }

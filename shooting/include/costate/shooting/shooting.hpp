@@ -42,6 +42,8 @@ class Shooting final : public NonlinearSystem {
   [[nodiscard]] const std::vector<int>& node_sizes() const { return node_sizes_; }
   /// Evaluations throw BudgetSpent once statistics().steps has reached this number.
   void set_step_limit(long steps) { step_limit_ = steps; }
+  /// \throws BudgetSpent if that is so now: for those who integrate with flows() themselves
+  void check_step_limit() const;
   /// Number of the problem's own unknowns.
   [[nodiscard]] Eigen::Index border() const { return static_cast<Eigen::Index>(problem_->unknowns().size()); }
 
