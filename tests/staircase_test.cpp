@@ -12,6 +12,7 @@
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
+#include <ostream>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -61,11 +62,14 @@ struct Shape {
   const char* name;
   int border;
   std::vector<int> blocks;
-  std::vector<int> arc_starts = {0};  ///< blocks; none if every block's matching rows hold the block before
-  bool backward = false;              ///< matching rows hold the block after
-  int border_only = 0;                ///< rows that hold no node
-  int wide = 0;                       ///< rows that hold every node
+  std::vector<int> arc_starts = {0};
+  ///< blocks; none if every block's matching rows hold the block before
+  bool backward = false;  ///< matching rows hold the block after
+  int border_only = 0;    ///< rows that hold no node
+  int wide = 0;           ///< rows that hold every node
 };
+
+std::ostream& operator<<(std::ostream& out, const Shape& shape) { return out << shape.name; }
 
 /// Entries of S uniform in (-1, 1), of the diagonal of matching rows -1; scales over six decades; rows in any order.
 class Random {
