@@ -62,8 +62,8 @@ struct Shape {
   const char* name;
   int border;
   std::vector<int> blocks;
+  /// Blocks; none if every block's matching rows hold the block before.
   std::vector<int> arc_starts = {0};
-  ///< blocks; none if every block's matching rows hold the block before
   bool backward = false;  ///< matching rows hold the block after
   int border_only = 0;    ///< rows that hold no node
   int wide = 0;           ///< rows that hold every node
