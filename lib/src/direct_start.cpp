@@ -263,6 +263,7 @@ std::optional<Start> ExtremalProblem::search_start(const std::vector<double>& pa
                         time_parameter_ ? parameters.at(*time_parameter_) : s_.time};
   const std::optional<DirectSolution> best = best_direct_solution(s_, data);
   if (!best) return std::nullopt;
+  if (index(s_.arcs.size()) > best->control.cols()) return std::nullopt;  // a step is the shortest arc
   const DirectArcs arcs = split(s_, data, *best);
 
   Start start{this->start(), {}};
