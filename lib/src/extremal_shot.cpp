@@ -41,6 +41,7 @@ class ExtremalProblem::Pass {
     start_ = x_;
     constants_.start_hamiltonian = s_.arcs.front().arc->hamiltonian(x_).value;
     constants_.gradient_size.resize(s_.controls.size());
+    reach_.assign(s_.control_scale.begin(), s_.control_scale.end());
     constants_.entry.resize(s_.arcs.size());
     entries_.resize(s_.arcs.size());
   }
@@ -50,8 +51,10 @@ class ExtremalProblem::Pass {
     try {
       const ArcValues values = s_.arcs[arc].arc->values(numbers());
       constants_.size = std::max(constants_.size, values.size);
-      for (std::size_t i = 0; i < values.gradient_size.size(); ++i)
+      for (std::size_t i = 0; i < values.gradient_size.size(); ++i) {
         constants_.gradient_size[i] = std::max(constants_.gradient_size[i], values.gradient_size[i]);
+        reach_[i] = std::max(reach_[i], std::abs(values.control[i]));
+      }
     } catch (const LeftDomain&) {
       return;  // far from a solution, where nothing is integrated, a law need not exist
     }
@@ -196,6 +199,9 @@ class ExtremalProblem::Pass {
     shot_.report("final_time", "s", time_);
     shot_.report("cost", "1", cost_ + terminal_cost);
     constants_.time = time_.value;
+    // A control that never matters has nothing but rounding in H_u: to it counts what the others make of H over its own range.
+    for (std::size_t i = 0; i < reach_.size(); ++i)
+      constants_.gradient_size[i] = std::max(constants_.gradient_size[i], constants_.size / reach_[i]);
     weigh_entries();
     weigh_exit();
     shot_.complete({}, constants_.packed());
@@ -211,6 +217,7 @@ class ExtremalProblem::Pass {
   std::vector<Jet> x_, start_;
   Jet time_, cost_;
   Constants constants_;
+  std::vector<double> reach_;  ///< of the controls: their scales, or values if larger
   std::vector<std::pair<double, std::vector<double>>>
       entries_;  ///< by arc: π₀ and x there, where the constraint has order 2
   std::size_t row_ = 0;
