@@ -192,6 +192,36 @@ TEST(MultipleShooting, HomotopyGoesWhereTheGuessDoesNot) {
                {"'mu'", "parameter"});
 }
 
+/// y'' = −10 on the part of the arc between 0.7 and 0.8, else 0: a load that long steps would pass over.
+struct ShortLoad {
+  static constexpr int states = 2, parameters = 1, quadratures = 1;
+  template <class S>
+  Rates<S, 2, 1> rates(const S& t, const Vec<S, 2>& y, const Vec<S, 1>&) const {
+    return {{y[1], t > S(0.7) && t < S(0.8) ? S(-10.0) : S(0.0)}, {y[0]}};
+  }
+};
+
+TEST(Solve, AShortLoadIsNotPassedOver) {
+  for (const double accuracy : {1e-4, 1e-8}) {
+    const Solution s = solve(std::make_shared<Line<ShortLoad>>(0.0, 0.0, 1.0, 0.0), {.accuracy = accuracy});
+    // y'(0) = ∫ (1 − t) 10 dt and y'(1) = y'(0) − 1.
+    ASSERT_TRUE(s.solved()) << s.message;
+    expect_known(s, "slope", 0.25, accuracy);
+    expect_known(s, "end slope", -0.75, accuracy);
+  }
+}
+
+TEST(Solve, LeavesAShootingAsItWas) {
+  Shooting shooting(troesch(9.0));
+  const Solution s = solve(shooting, vector({0.0}), {.accuracy = 1e-8});
+  ASSERT_TRUE(s.solved()) << s.message;
+  EXPECT_GT(s.nodes, 0);
+  EXPECT_EQ(shooting.size(), 1);
+  EXPECT_THROW((void)solve(shooting, vector({0.0}), {.max_total_steps = 100, .homotopy = Homotopy{"nope"}}), BadInput);
+  EXPECT_NO_THROW((void)shooting.evaluate(vector({0.0})));
+  expect_named(thrown<BadInput>([&] { (void)shooting.evaluate(vector({0.0, 1.0})); }), {"2 values", "1 unknowns"});
+}
+
 std::shared_ptr<const Problem> equations(std::vector<Unknown> unknowns, std::vector<Row> rows,
                                          small::Equations::RowsOf rows_of) {
   return std::make_shared<small::Equations>(std::move(unknowns), std::move(rows), std::move(rows_of));

@@ -63,6 +63,7 @@ class Flow::Integrator {
     set_tolerances(options.tolerance);
     max_steps_ = options.max_steps;
     check(CVodeSetMaxNumSteps(memory_, max_steps_), "CVodeSetMaxNumSteps");
+    check(CVodeSetMaxStep(memory_, options.longest_step * std::abs(t1 - t0)), "CVodeSetMaxStep");  // 0: no limit
     check(CVodeSetStopTime(memory_, t1), "CVodeSetStopTime");
   }
 

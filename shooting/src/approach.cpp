@@ -13,9 +13,12 @@
 namespace costate {
 
 FlowOptions flow_options(const SolveOptions& options, double tolerance) {
+  // What is shorter than this share of an arc, or of a segment of it, may be overlooked; the second opinion looks more closely.
+  constexpr double longest_step = 1.0 / 32.0;
   return {.tolerance = {.relative = tolerance, .absolute = tolerance},
           .method = options.method,
-          .max_steps = options.max_steps};
+          .max_steps = options.max_steps,
+          .longest_step = longest_step};
 }
 
 NewtonResult kinsol(Shooting& shooting, Eigen::VectorXd& point, const SolveOptions& options, Cost& cost) {
@@ -51,7 +54,11 @@ bool Approach::run(const Start& start, Eigen::VectorXd& point) {
   shooting_.set_flow_options(flow);
   shooting_.set_mesh({});
   if (!options_.homotopy) check_well_posed(shooting_, point);
-  if (!(options_.homotopy ? follow_homotopy(start, point) : from_start(start, point))) return false;
+  if (!(options_.homotopy ? follow_homotopy(start, point) : from_start(start, point))) {
+    shooting_.set_mesh({});
+    point = start.unknowns;
+    return false;
+  }
   if (!shooting_.cuts().empty()) cut_by_growth(point, {});
   return true;
 }
@@ -98,10 +105,7 @@ bool Approach::whole(const Start& start, Eigen::VectorXd& point) {
   point = start.unknowns;
   if (effort_ == Effort::full && near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
   point = start.unknowns;
-  if ((effort_ != Effort::full || knows_states(start)) && globalise(point, 1)) return true;
-  shooting_.set_mesh({});
-  point = start.unknowns;
-  return false;
+  return (effort_ != Effort::full || knows_states(start)) && globalise(point, 1);
 }
 
 /// Damped Newton steps; segments that cannot be integrated on the way are cut, and all are if no step helps.
@@ -206,8 +210,6 @@ bool Approach::follow_homotopy(const Start& start, Eigen::VectorXd& point) {
   }
   if (good) return true;
   reason_ = fmt::format("the homotopy ends at {} = {:.6g}: {}", homotopy.parameter, value(s), reason_);
-  shooting_.set_mesh({});
-  point = start.unknowns;
   return false;
 }
 

@@ -20,6 +20,7 @@ constexpr double tightest_solve = 2e-14;   // below this the multistep formulas 
 constexpr double tightest_verify = 1e-15;  // the least relative tolerance CVODES takes
 constexpr double tolerance_per_accuracy = 1e-3;
 constexpr double verify_factor = 0.02;
+constexpr double closer_look = 0.37;  // steps of the second opinion, in those of the first: not a simple fraction of them
 constexpr long glance_steps = 20000;  // some ten integrations of a few arcs or segments
 
 /// Ratio of an error bound to what is wanted: absolute up to 1, relative above; infinite for a number that is none.
@@ -53,12 +54,12 @@ class Solver {
       } else if (refine()) {
         verify();
       }
-    } catch (const BudgetSpent&) {
-      solution_.message = fmt::format("given up: {} integration steps are spent{}{}; try {}", options_.max_total_steps,
+    } catch (const BudgetSpent& spent) {
+      solution_.message = fmt::format("given up: {}{}{}; try {}", spent.what(),
                                       approach_.reason().empty() ? "" : "; the last difficulty was: ", approach_.reason(),
                                       options_.advice);
     }
-    shooting_.set_step_limit(std::numeric_limits<long>::max());
+    solution_.arrived = located_ ? 1 : 0;
     solution_.y = point_.head(shooting_.border());
     solution_.nodes = static_cast<int>(shooting_.node_sizes().size());
     const Statistics now = shooting_.statistics();
@@ -97,6 +98,7 @@ class Solver {
     while (true) {
       const NewtonResult result = newton(tolerance);
       if (!correct(tolerance, result)) return false;
+      located_ = true;
       double reached = 0.0;
       for (const auto* list : {&solution_.reports, &solution_.unknowns}) {
         for (const Quantity& quantity : *list) {
@@ -168,7 +170,9 @@ class Solver {
       // Errors of a multistep method are systematic, so the second opinion must have another tolerance to see them.
       // A tighter one differs by nearly all of the first's error; where there is none, a looser one by several times that.
       const bool at_floor = tight < 5.0 * tightest_verify;
-      shooting_.set_flow_options(flow_options(options_, tight * (at_floor ? 5.0 : 0.2)));
+      FlowOptions other = flow_options(options_, tight * (at_floor ? 5.0 : 0.2));
+      other.longest_step *= closer_look;
+      shooting_.set_flow_options(other);
       const Shot second = shooting_.values(point_);
       const Opinions opinions(shooting_, jacobian, correction, shooting_.residual(second), at_floor ? 1.5 : 3.0);
       solution_.reports.clear();
@@ -217,18 +221,17 @@ class Solver {
   SolveOptions options_;
   Effort effort_;
   Statistics before_;
-  Approach approach_;
   bool cut_ = false;       ///< where the arcs grow, for the sake of accuracy
   Eigen::VectorXd point_;  ///< unknowns of the problem, then the nodes
+  bool located_ = false;   ///< a root, whether it is known as well as asked or not
   Solution solution_;
+  Approach approach_;
 };
 
 }  // namespace
 
 Solution attempt(Shooting& shooting, const Start& start, const SolveOptions& options, Effort effort) {
-  Solution solution = Solver(shooting, options, effort).run(start);
-  solution.arrived = solution.status == Solution::Status::failed ? 0 : 1;
-  return solution;
+  return Solver(shooting, options, effort).run(start);
 }
 
 }  // namespace costate

@@ -119,7 +119,7 @@ class GuessedArc {
       : shooting_(shooting), start_(start), arc_(arc), state_(arc.state), quadrature_(arc.quadrature) {
     Magnitude magnitude(state_.size());
     magnitude.include(state_);
-    for (const double fraction : {0.0, 0.25, 0.5, 0.75, 1.0}) magnitude.include(*start.state(arc.arc, fraction));
+    for (const double fraction : {0.0, 0.25, 0.5, 0.75, 1.0}) magnitude.include(guess(fraction));
     scale_ = magnitude.scale();
   }
 
@@ -130,26 +130,30 @@ class GuessedArc {
   /// Goes on to a fraction of the arc along its flow, and there back to the guessed states; false, and stays, if it grows or goes astray too much.
   bool advance(double to, const MeshOptions& options) {
     constexpr double far = 100.0;
-    const Eigen::VectorXd guess = *start_.state(arc_.arc, to);
+    const Eigen::VectorXd goal = guess(to);
     try {
       const Part part = integrate(shooting_, arc_, at_, to, state_);
-      const Eigen::VectorXd off = (part.end - guess).cwiseQuotient(scale_.cwiseMax(1.0));
+      const Eigen::VectorXd off = (part.end - goal).cwiseQuotient(scale_.cwiseMax(1.0));
       if (!(growth(part.transition, scale_) <= options.growth && off.cwiseAbs().maxCoeff() <= far)) return false;
       quadrature_ += part.quadrature;
     } catch (const LeftDomain&) {
       return false;  // too long, as far as one can tell
     }
-    move(to, guess);
+    move(to, goal);
     return true;
   }
-  void jump(double to) { move(to, *start_.state(arc_.arc, to)); }
+  void jump(double to) { move(to, guess(to)); }
   [[nodiscard]] double at() const { return at_; }
   [[nodiscard]] Node node() const { return {at_, joined(state_, quadrature_)}; }
 
  private:
-  void move(double to, const Eigen::VectorXd& guess) {
+  [[nodiscard]] Eigen::VectorXd guess(double fraction) const {
+    if (auto state = start_.state(arc_.arc, fraction)) return *std::move(state);
+    throw LeftDomain(fmt::format("no state is known at {:.3g} of arc {}", fraction, arc_.arc + 1));
+  }
+  void move(double to, const Eigen::VectorXd& state) {
     at_ = to;
-    state_ = guess;
+    state_ = state;
   }
 
   Shooting& shooting_;
@@ -218,6 +222,7 @@ Mesh remesh(Shooting& shooting, const Eigen::VectorXd& y, const MeshOptions& opt
       passed = whole.transition;
       const double grown = growth(whole.transition, scale);
       if (grown <= options.growth) continue;
+      if (!std::isfinite(grown)) throw LeftDomain("an arc grows beyond all bounds");
       const int pieces = 1 + static_cast<int>(std::log(grown) / std::log(options.growth));
       for (int k = 1; k < pieces; ++k) {
         const double fraction = static_cast<double>(k) / pieces;

@@ -94,6 +94,7 @@ class NaturalNewton {
     const double longest = std::min(options_.max_step / length_, bounds_.share(y_, step_.cwiseProduct(scale_)));
     double damping = std::min(predicted(), longest);
     bool reduced = false;
+    left_ = false;
     while (damping >= options_.least_damping) {
       const Eigen::VectorXd next = y_ + damping * step_.cwiseProduct(scale_);
       left_ = !evaluate(next);

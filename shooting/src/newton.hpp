@@ -30,7 +30,7 @@ class NewtonSystem {
   virtual ~NewtonSystem() = default;
   /// R(y), every row in units of its scale. \throws LeftDomain
   virtual Eigen::VectorXd residual(const Eigen::VectorXd& y) = 0;
-  /// Factors J at the point of the last residual, for `correction`. False where it is not finite.
+  /// Factors J at the point of the last residual, for `correction`. False where that fails.
   virtual bool linearize() = 0;
   /// −J⁻¹r for the J factored last and any r as `residual` gives it. Not finite if J is singular.
   virtual Eigen::VectorXd correction(const Eigen::VectorXd& r) = 0;

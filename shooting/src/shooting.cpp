@@ -80,7 +80,14 @@ std::vector<ArcRecord> Shooting::sketch(const Start& start) {
   return shot.arcs();
 }
 
+void Shooting::check_size(const Eigen::VectorXd& y) const {
+  if (y.size() == size()) return;
+  throw BadInput(fmt::format("the point has {} values, the shooting {} unknowns, {} of them at nodes", y.size(), size(),
+                             size() - border()));
+}
+
 const Shot& Shooting::evaluate(const Eigen::VectorXd& y, const std::vector<double>& path) {
+  check_size(y);
   if (shot_ && path == path_ && y == point_) return *shot_;
   std::vector<Jet> unknowns;
   std::vector<Jet> nodes;
@@ -101,6 +108,7 @@ const Shot& Shooting::evaluate(const Eigen::VectorXd& y, const std::vector<doubl
 }
 
 Shot Shooting::values(const Eigen::VectorXd& y) {
+  check_size(y);
   Shot shot(flows_, std::vector<Jet>(y.begin(), y.begin() + border()),
             std::vector<Jet>(parameters_.begin(), parameters_.end()), problem_->rows().size());
   shot.cut(cuts_, std::vector<Jet>(y.begin() + border(), y.end()));

@@ -3,9 +3,11 @@
 #include <costate/error.hpp>
 #include <costate/shooting/solve.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <fmt/format.h>
+#include <limits>
 #include <utility>
 
 namespace costate {
@@ -33,28 +35,30 @@ void check_options(const SolveOptions& options) {
 class Campaign {
  public:
   Campaign(Shooting& shooting, Start given, const SolveOptions& options)
-      : shooting_(shooting), given_(std::move(given)), options_(options), exhausted_(shooting.statistics().exhausted) {}
+      : shooting_(shooting), given_(std::move(given)), options_(options), before_(shooting.statistics()) {}
 
   Solution run() {
     // Guesses that are good lead to a solution soon, a homotopy may take its time; else a start that was searched for is the
     // better one, if there is one.
-    found_ = attempt(shooting_, given_, options_, options_.homotopy ? Effort::brief : Effort::glance);
-    if (!found_.solved()) {
+    found_ = attempt(shooting_, given_, affordable(), options_.homotopy ? Effort::brief : Effort::glance);
+    if (open()) {
       if (const auto searched = shooting_.problem().search_start(shooting_.parameters())) {
-        SolveOptions direct = options_;
+        SolveOptions direct = affordable();
         direct.homotopy.reset();  // the start is one of the wanted problem
         take(attempt(shooting_, *searched, direct, Effort::brief));
       }
     }
-    if (failed() && !options_.homotopy) again(options_, Effort::brief);
-    if (!found_.solved() && options_.method == Method::adams && shooting_.statistics().exhausted > exhausted_) {
-      SolveOptions stiff = options_;
-      stiff.method = Method::bdf;
-      again(stiff, Effort::brief);
+    if (open() && failed() && !options_.homotopy) again(Effort::brief, options_.method);
+    if (!found_.solved() && left() > 0 && shooting_.statistics().exhausted > before_.exhausted &&
+        options_.method == Method::adams)
+      again(Effort::brief, Method::bdf);
+    if (open()) {
+      RandomStarts random = *options_.random;
+      random.max_total_steps = std::min(random.max_total_steps, left());
+      take(attempt_at_random(shooting_, given_.unknowns, affordable(), random));
     }
-    if (!found_.solved()) take(attempt_at_random(shooting_, given_.unknowns, options_, *options_.random));
-    if (failed()) again(options_, Effort::full);
-    if (!found_.solved()) {
+    if (open() && failed()) again(Effort::full, options_.method);
+    if (!found_.solved() && found_.starts > 1) {
       found_.message += fmt::format("; of {} starts {} led to a root, none to a solution", found_.starts, found_.arrived);
     }
     return std::move(found_);
@@ -62,8 +66,21 @@ class Campaign {
 
  private:
   [[nodiscard]] bool failed() const { return found_.status == Solution::Status::failed; }
+  /// Is another start of any use? Not where a root is known that cannot be known as well as asked for.
+  [[nodiscard]] bool open() const {
+    const bool known = failed() && found_.arrived > 0;
+    return !found_.solved() && !known && left() > 0;
+  }
+  [[nodiscard]] long left() const { return options_.max_total_steps - (shooting_.statistics().steps - before_.steps); }
+  [[nodiscard]] SolveOptions affordable() const {
+    SolveOptions options = options_;
+    options.max_total_steps = std::max(1L, left());
+    return options;
+  }
 
-  void again(const SolveOptions& options, Effort effort) {
+  void again(Effort effort, Method method) {
+    SolveOptions options = affordable();
+    options.method = method;
     Solution next = attempt(shooting_, given_, options, effort);
     next.starts = 0;  // the first again
     take(std::move(next));
@@ -74,7 +91,8 @@ class Campaign {
     const int starts = found_.starts + next.starts, arrived = found_.arrived + next.arrived;
     Cost cost = found_.cost;
     cost.add(next.cost);
-    if (!(next.status == Solution::Status::failed && found_.status == Solution::Status::refused)) found_ = std::move(next);
+    const bool worse = next.status == Solution::Status::failed && (!failed() || next.message.empty());
+    if (!worse) found_ = std::move(next);
     found_.starts = starts;
     found_.arrived = arrived;
     found_.cost = cost;
@@ -83,8 +101,23 @@ class Campaign {
   Shooting& shooting_;
   Start given_;
   const SolveOptions& options_;
-  long exhausted_;
+  Statistics before_;
   Solution found_;
+};
+
+/// A shooting whose arcs are whole and that has no step limit when all is done, whatever happens.
+class Released {
+ public:
+  explicit Released(Shooting& shooting) : shooting_(shooting) {}
+  Released(const Released&) = delete;
+  Released& operator=(const Released&) = delete;
+  ~Released() {
+    shooting_.set_mesh({});
+    shooting_.set_step_limit(std::numeric_limits<long>::max());
+  }
+
+ private:
+  Shooting& shooting_;
 };
 
 }  // namespace
@@ -103,6 +136,7 @@ Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& star
   if (!start.allFinite()) throw BadInput("the start has a value that is not a finite number");
   Start given{start,
               [&problem = shooting.problem()](int arc, double fraction) { return problem.state_guess(arc, fraction); }};
+  const Released released(shooting);
   if (!options.random) return attempt(shooting, given, options);
   check_random(*options.random);
   return Campaign(shooting, std::move(given), options).run();

@@ -26,6 +26,9 @@ struct FlowOptions {
   Tolerance tolerance;
   Method method = Method::adams;
   long max_steps = 20000;  ///< per arc; exceeding it is LeftDomain
+  /// Longest step, as a share of the arc; 0: any. Error control knows of a right-hand side what it samples: a step across a short load
+  /// sees nothing of it.
+  double longest_step = 0.0;
 };
 
 /// What integrations have cost.

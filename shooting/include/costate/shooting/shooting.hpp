@@ -85,6 +85,7 @@ class Shooting final : public NonlinearSystem {
   [[nodiscard]] FlowCache& flows() { return flows_; }
 
  private:
+  void check_size(const Eigen::VectorXd& y) const;
   void shoot(Shot& shot);
   [[nodiscard]] std::string node_name(Eigen::Index component) const;
 

@@ -27,7 +27,7 @@ struct RandomStarts {
   int count = 300;                 ///< at most
   double radius = 1.0;             ///< of the smallest box, in scales of the unknowns
   long max_steps = 1000;           ///< of the integrator, per arc
-  long max_total_steps = 5000000;  ///< of all starts together
+  long max_total_steps = 3000000;  ///< after these no other start is made
 };
 
 struct SolveOptions {
@@ -35,7 +35,7 @@ struct SolveOptions {
   double accuracy = 1e-8;
   Method method = Method::adams;
   long max_steps = 20000;           ///< of the integrator, per arc or segment of one
-  long max_total_steps = 10000000;  ///< of the integrator, from one start
+  long max_total_steps = 4000000;  ///< of the integrator, in all: some ten seconds
   int max_iterations = 50;          ///< of Newton's method, per tolerance
   double max_step = 1.0;            ///< of Newton's method, in scaled unknowns
   bool line_search = true;
@@ -71,7 +71,7 @@ struct SolveOptions {
 /// The same from the guesses the problem states for its unknowns.
 [[nodiscard]] Solution solve(std::shared_ptr<const Problem> problem, const SolveOptions& options = {});
 
-/// The same on an existing Shooting, whose integrators and parameters are used.
+/// The same on an existing Shooting, whose integrators and parameters are used. Its arcs are whole afterwards.
 [[nodiscard]] Solution solve(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& start,
                              const SolveOptions& options = {});
 
