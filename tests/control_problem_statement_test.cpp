@@ -100,6 +100,89 @@ TEST(Statement, FindsTheOrderOfAConstraint) {
   EXPECT_TRUE(contains(refusal(third), "neither the first nor the second time derivative of the constraint nothing"));
 }
 
+TEST(Statement, RefusesAnOrderThatIsWrong) {
+  auto second = slider();
+  second.constraint("speed", [](const auto& q, const auto&) { return q[1] - 1.0; }, {.order = 2}).interior();
+  EXPECT_TRUE(contains(refusal(second), "order of speed = 2 is not admissible: 1,"));
+  auto first = slider();
+  first.constraint("wall", [](const auto& q, const auto&) { return q[0] - 1.0; }, {.order = 1}).interior();
+  EXPECT_TRUE(contains(refusal(first), "order of wall = 1 is not admissible: 2,"));
+  auto third = slider();
+  third.constraint("wall", [](const auto& q, const auto&) { return q[0] - 1.0; }, {.order = 3}).interior();
+  EXPECT_TRUE(contains(refusal(third), "order of wall = 3 is not admissible: 1, 2, or 0"));
+}
+
+TEST(Statement, RefusesConstantsOutsideTheBounds) {
+  for (const double value : {7.0, -5.5, std::numeric_limits<double>::quiet_NaN()}) {
+    auto problem = slider();
+    problem.constant({value});
+    EXPECT_TRUE(contains(refusal(problem), "is not admissible: a number within -5 … 5")) << value;
+  }
+  auto within = slider();
+  within.constant({5.0}).constant({-5.0}).constant({5.0});
+  EXPECT_EQ(refusal(within), "");
+}
+
+TEST(Statement, RefusesTheSameControlTwiceInTurn) {
+  auto bounds = slider();
+  bounds.lower().upper().upper();
+  EXPECT_TRUE(contains(refusal(bounds), "nothing marks the junction between arc 2 'upper' and arc 3 'upper'"));
+  auto constants = slider();
+  constants.upper().constant({5.0});
+  EXPECT_TRUE(contains(refusal(constants), "nothing marks the junction between arc 1 'upper' and arc 2 'constant'"));
+}
+
+TEST(Statement, RefusesNamesThatAreDerived) {
+  for (const std::string name : {"u_lower", "x_start", "v_end", "lambda_x", "final_time"}) {
+    Statement problem;
+    problem.state("x", {.start = 0.0, .end = 1.0}).state("v", {.start = 0.0, .end = 0.0});
+    problem.control("u", {.lower = -5.0, .upper = 5.0}).parameter(name, 0.0).final_time(1.0).interior();
+    EXPECT_TRUE(contains(refusal(problem), "the name '" + name + "' is taken"));
+  }
+}
+
+/// x' = u in minimum time.
+struct Runner {
+  static constexpr int states = 1, controls = 1, parameters = 0;
+  template <class S>
+  Vec<S, 1> dynamics(const Vec<S, 1>&, const Vec<S, 1>& u, const Vec<S, 0>&) const {
+    return {u[0]};
+  }
+};
+
+TEST(Statement, RefusesAMinimumTimeThatIsFixed) {
+  ControlProblem problem(Runner{});
+  problem.state("x", {.start = 0.0, .end = 1.0}).control("u", {.lower = -1.0, .upper = 1.0}).final_time(1.0).upper();
+  EXPECT_TRUE(contains(thrown<BadInput>([&] { (void)problem.shared(); }), "final time = 1 s is not admissible"));
+}
+
+// H = λ u − 1 has no maximum without bounds.
+TEST(Statement, SaysThatHamiltonianGrowsWithoutBound) {
+  ControlProblem problem(Runner{});
+  problem.state("x", {.start = 0.0, .end = 1.0, .costate = 1.0}).control("thrust").free_final_time(1.0).interior();
+  const Solution s = solve(problem.shared());
+  EXPECT_FALSE(s.solved());
+  EXPECT_TRUE(contains(s.message, "no control thrust with H_u = 0: H grows without bound: give it bounds")) << s.message;
+}
+
+// As many arcs as a grid has steps can be told apart in a direct solution, no more.
+TEST(Statement, SearchesNoStartForMoreArcsThanSteps) {
+  ControlProblem problem(Runner{});
+  problem.state("x", {.start = 0.0, .end = 1.0}).control("u", {.lower = -1.0, .upper = 1.0}).free_final_time(1.0);
+  for (int i = 0; i < 41; ++i) problem.upper().lower();
+  const auto stated = problem.shared();
+  std::vector<double> parameters;
+  for (const Parameter& parameter : stated->parameters()) parameters.push_back(parameter.value);
+  EXPECT_FALSE(stated->search_start(parameters).has_value());
+}
+
+// The estimate of costates keeps a control within one bound as within two.
+TEST(Statement, EstimatesCostatesWithABoundOnOneSide) {
+  auto problem = slider({.lower = 0.0});
+  problem.interior();
+  EXPECT_TRUE(problem.shared()->start().allFinite());
+}
+
 TEST(Statement, NamesUnknownsAndParameters) {
   auto problem = slider();
   problem.upper().interior().lower();

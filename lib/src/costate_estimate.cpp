@@ -100,7 +100,7 @@ class Estimator {
       u += (weight.asDiagonal() * at.f_u).completeOrthogonalDecomposition().solve(weight.cwiseProduct(rate - at.f));
       for (Index i = 0; i < u.size(); ++i) {
         const Control& bounds = s_.controls[static_cast<std::size_t>(i)].second;
-        u[i] = std::clamp(u[i], bounds.lower.value_or(u[i]), bounds.upper.value_or(u[i]));
+        u[i] = std::min(std::max(u[i], bounds.lower.value_or(u[i])), bounds.upper.value_or(u[i]));
       }
     }
     return u;

@@ -43,8 +43,13 @@ double to_boundary(const Eigen::MatrixXd& at, const Eigen::MatrixXd& direction) 
 
 class InteriorPoint {
  public:
-  InteriorPoint(const Transcription& problem, const Eigen::VectorXd& u, DirectBegin begin, const DirectOptions& options)
-      : problem_(problem), options_(options), barrier_(options.first_barrier), point_(problem.start(u, begin, share())) {}
+  InteriorPoint(const Transcription& problem, const Eigen::VectorXd& u, DirectBegin begin, const DirectOptions& options,
+                DirectBudget* budget)
+      : problem_(problem),
+        options_(options),
+        budget_(budget),
+        barrier_(options.first_barrier),
+        point_(problem.start(u, begin, share())) {}
 
   bool run() {
     for (iterations_ = 0; iterations_ < options_.iterations; ++iterations_) {
@@ -79,6 +84,7 @@ class InteriorPoint {
     double shift = 0.0;
     constexpr double largest_shift = 1e10;
     while (shift <= largest_shift) {
+      if (budget_ != nullptr && budget_->newton_systems-- <= 0) return false;
       const auto newton = problem_.newton(point_, at, share(), shift);
       if (newton && search(here, *newton)) {
         last_shift_ = shift > 0.0 ? shift : last_shift_;
@@ -137,6 +143,7 @@ class InteriorPoint {
 
   const Transcription& problem_;
   const DirectOptions& options_;
+  DirectBudget* budget_;
   double barrier_;
   DirectPoint point_;
   Filter filter_;
@@ -166,10 +173,11 @@ DirectSolution Transcription::solution(const DirectPoint& point) const {
 }
 
 std::optional<DirectSolution> direct_solution(const ExtremalStatement& statement, const DirectData& data,
-                                              const Eigen::VectorXd& u, DirectBegin begin, const DirectOptions& options) {
+                                              const Eigen::VectorXd& u, DirectBegin begin, const DirectOptions& options,
+                                              DirectBudget* budget) {
   try {
     const Transcription problem(statement, data, options);
-    InteriorPoint method(problem, u, begin, options);
+    InteriorPoint method(problem, u, begin, options, budget);
     if (!method.run()) return std::nullopt;
     return method.solution();
   } catch (const LeftDomain&) {

@@ -35,6 +35,11 @@ struct DirectOptions {
   double first_barrier = 10.0, barrier = 1e-6;  ///< the first μ and the last
 };
 
+/// Work left to several solutions together.
+struct DirectBudget {
+  int newton_systems = 0;  ///< to be factorised
+};
+
 /// How the states begin.
 enum class DirectBegin {
   straight,   ///< on the straight line between their ends
@@ -53,10 +58,11 @@ struct DirectSolution {
   int iterations = 0;
 };
 
-/// The solution from constant controls `u` (k); nothing if none is found.
+/// The solution from constant controls `u` (k); nothing if none is found, or none within the budget, if there is one.
 [[nodiscard]] std::optional<DirectSolution> direct_solution(const ExtremalStatement& statement, const DirectData& data,
                                                             const Eigen::VectorXd& u,
                                                             DirectBegin begin = DirectBegin::straight,
-                                                            const DirectOptions& options = {});
+                                                            const DirectOptions& options = {},
+                                                            DirectBudget* budget = nullptr);
 
 }  // namespace costate

@@ -219,14 +219,23 @@ std::vector<VectorXd> first_controls(const ExtremalStatement& s, const DirectDat
   return all;
 }
 
+/// Newton systems that take about a second: their work grows with the cube of the variables at a step, from some overhead on.
+int search_systems(const ExtremalStatement& s) {
+  const double variables = static_cast<double>(s.states.size() + s.controls.size());
+  constexpr double work = 1e6, overhead = 250.0;
+  return static_cast<int>(work / (overhead + std::pow(variables, 3)));
+}
+
 /// The cheapest of the solutions from all first controls. Where none leads to one, from other times, if it is free, and trajectories.
 std::optional<DirectSolution> best_direct_solution(const ExtremalStatement& s, DirectData data) {
   std::optional<DirectSolution> best;
+  DirectBudget budget{search_systems(s)};
   const double time = data.time;
   std::vector<VectorXd> controls = first_controls(s, data);
   const auto from_all = [&](DirectBegin begin) {
     for (const VectorXd& u : controls) {
-      auto found = direct_solution(s, data, u, begin);
+      if (budget.newton_systems <= 0) return best.has_value();
+      auto found = direct_solution(s, data, u, begin, {}, &budget);
       if (found && (!best || found->cost < best->cost)) best = std::move(found);
     }
     return best.has_value();
@@ -263,6 +272,7 @@ std::optional<Start> ExtremalProblem::search_start(const std::vector<double>& pa
                         time_parameter_ ? parameters.at(*time_parameter_) : s_.time};
   const std::optional<DirectSolution> best = best_direct_solution(s_, data);
   if (!best) return std::nullopt;
+  if (index(s_.arcs.size()) > best->control.cols()) return std::nullopt;  // a step is the shortest arc
   const DirectArcs arcs = split(s_, data, *best);
 
   Start start{this->start(), {}};

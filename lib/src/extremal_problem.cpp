@@ -132,6 +132,12 @@ std::vector<ExtremalProblem::Condition> ExtremalProblem::conditions(std::size_t 
     if (b == ArcKind::boundary) return {user, boundary};
     return {user};
   }
+  const auto unmarked = [&] {
+    return BadInput(
+        fmt::format("nothing marks the junction between arc {} '{}' and arc {} '{}': state a row for it with junction()",
+                    j + 1, before.name, j + 2, after.name));
+  };
+  if (same_control(j, j + 1)) throw unmarked();
   if (s_.controls.size() > 1) return {continuous_h};
   if (a == ArcKind::boundary) all.push_back(switching_before);
   switch (b) {
@@ -154,9 +160,20 @@ std::vector<ExtremalProblem::Condition> ExtremalProblem::conditions(std::size_t 
       if (before.side == 0 || after.side == 0) break;
       return {before.side == after.side ? continuous_u : bangs};
   }
-  throw BadInput(
-      fmt::format("nothing marks the junction between arc {} '{}' and arc {} '{}': state a row for it with junction()",
-                  j + 1, before.name, j + 2, after.name));
+  throw unmarked();
+}
+
+bool ExtremalProblem::same_control(std::size_t before, std::size_t after) const {
+  const ExtremalArc &a = *s_.arcs[before].arc, &b = *s_.arcs[after].arc;
+  if (a.kind() != ArcKind::bang || b.kind() != ArcKind::bang) return false;
+  // The controls of these arcs depend on nothing but the bounds.
+  std::vector<Jet> x(2 * n_ + s_.parameters.size());
+  for (const auto& [name, control] : s_.controls) {
+    x.emplace_back(control.lower.value_or(-infinity));
+    x.emplace_back(control.upper.value_or(infinity));
+  }
+  const std::vector<Jet> u = a.control(x), v = b.control(x);
+  return std::equal(u.begin(), u.end(), v.begin(), [](const Jet& i, const Jet& j) { return i.value == j.value; });
 }
 
 void ExtremalProblem::state_junctions() {
@@ -304,49 +321,6 @@ std::vector<double> ExtremalProblem::observe(const ArcPoint& point, const std::v
   x.insert(x.end(), values.control.begin(), values.control.end());
   x.push_back(values.hamiltonian);
   return x;
-}
-
-std::vector<PathCheck> ExtremalProblem::check(const ArcPoint& point, const std::vector<double>&) const {
-  const std::vector<double> x = point_of(point);
-  const ExtremalStatement::PlacedArc& arc = s_.arcs[static_cast<std::size_t>(point.record->arc)];
-  const ArcKind kind = arc.arc->kind();
-  const ArcValues values = arc.arc->values(x);
-  // H and its derivatives are known to rounding of the terms that cancel in them.
-  const double size = std::max(1.0, values.size);
-  using enum PathCheck::Kind;
-  std::vector<PathCheck> checks{{"H - its start value", zero, (values.hamiltonian - point.record->constants.at(0)) / size}};
-  for (std::size_t i = 0; i < s_.controls.size(); ++i) {
-    const std::string& name = s_.controls[i].first;
-    const double lower = x[2 * n_ + s_.parameters.size() + 2 * i], upper = x[2 * n_ + s_.parameters.size() + 2 * i + 1];
-    const double u = values.control[i], slope = values.control_gradient[i] / size;
-    if (lower > -infinity && kind != ArcKind::bang)
-      checks.push_back({name + " above its lower bound", nonnegative, u - lower});
-    if (upper < infinity && kind != ArcKind::bang)
-      checks.push_back({name + " below its upper bound", nonnegative, upper - u});
-    if (kind == ArcKind::bang && u == upper) {
-      checks.push_back({fmt::format("H_u of {} at its upper bound", name), nonnegative, slope});
-    } else if (kind == ArcKind::bang && u == lower) {
-      checks.push_back({fmt::format("-H_u of {} at its lower bound", name), nonnegative, -slope});
-    } else if (kind != ArcKind::boundary && kind != ArcKind::mixed) {
-      checks.push_back({fmt::format("H_u of {} between its bounds", name), zero, slope});
-    }
-  }
-  if (kind == ArcKind::interior) checks.push_back({"-H_uu (Legendre)", nonnegative, -values.curvature / size});
-  if (kind == ArcKind::singular) {
-    checks.push_back({"-H_uu (Legendre) on the singular arc", zero, values.curvature / size});
-    checks.push_back({"{H1, {H0, H1}} (Kelley)", nonnegative, values.kelley / size});
-  }
-  if (kind == ArcKind::boundary || kind == ArcKind::mixed) {
-    checks.push_back({"multiplier of the arc " + arc.name, nonnegative, values.multiplier / size});
-  }
-  for (std::size_t i = 0; i < s_.constraints.size(); ++i) {
-    const double c = s_.constraints[i].constraint->value(x);
-    const bool on = arc.constraint == static_cast<int>(i);
-    checks.push_back({s_.constraints[i].name + (on ? " = 0 along it" : " <= 0"), on ? zero : nonnegative, on ? c : -c});
-  }
-  for (const auto& [name, constraint] : s_.mixed)
-    checks.push_back({name + " <= 0", nonnegative, -constraint(x, values.control)});
-  return checks;
 }
 
 std::shared_ptr<const Problem> extremal_problem(ExtremalStatement statement) {

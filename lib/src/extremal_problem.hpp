@@ -38,6 +38,17 @@ class ExtremalProblem final : public Problem {
     std::size_t multiplier = 0, multipliers = 0;  ///< places of the unknowns πᵢ
   };
   class Pass;
+  /// What is kept with every arc as constants of a solution, for the checks along it.
+  struct Constants {
+    double start_hamiltonian = 0.0;
+    double size = 0.0;                  ///< largest Σ |λᵢ fᵢ| + |L| at the ends of the arcs
+    std::vector<double> gradient_size;  ///< the same of H_u (k)
+    double time = 0.0;                  ///< T
+    double exit = 0.0;                  ///< μ(T) where it must vanish, over its terms
+    std::vector<double> entry;          ///< by arc: the part at its entry of a constraint's multiplier, over its terms
+    [[nodiscard]] std::vector<double> packed() const;
+    static Constants unpacked(const std::vector<double>& packed, std::size_t controls);
+  };
 
   void state_parameters();
   void state_start();
@@ -52,6 +63,20 @@ class ExtremalProblem final : public Problem {
   [[nodiscard]] double costate_scale(std::size_t state) const;
   [[nodiscard]] bool has_end_functions() const { return s_.terminal_cost || !s_.end_conditions.empty(); }
   [[nodiscard]] std::vector<double> point_of(const ArcPoint& point) const;
+  [[nodiscard]] double lower(const std::vector<double>& x, std::size_t control) const;
+  [[nodiscard]] double upper(const std::vector<double>& x, std::size_t control) const;
+  void check_control(const std::vector<double>& x, std::size_t arc, const ArcValues& values, const Constants& solution,
+                     std::vector<PathCheck>& checks) const;
+  void check_boundary(const std::vector<double>& x, std::size_t arc, const ArcValues& values, const Constants& solution,
+                      std::vector<PathCheck>& checks) const;
+  /// How much larger H is at the control than at the best other one looked at, relative to its terms.
+  [[nodiscard]] double advantage(const std::vector<double>& x, std::size_t arc, const ArcValues& values,
+                                 double size) const;
+  [[nodiscard]] std::vector<std::vector<double>> other_controls(const std::vector<double>& x,
+                                                                const std::vector<double>& control) const;
+  /// Does nothing but the constraint of order 2 hold the state at the end that c' depends on?
+  [[nodiscard]] bool ends_free(const std::vector<double>& x, const StateConstraint& constraint) const;
+  [[nodiscard]] bool same_control(std::size_t before, std::size_t after) const;
 
   ExtremalStatement s_;
   std::size_t n_, cyclic_;

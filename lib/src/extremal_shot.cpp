@@ -1,5 +1,9 @@
 #include "extremal_problem.hpp"
 
+#include <costate/error.hpp>
+
+#include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 
 namespace costate {
@@ -35,7 +39,30 @@ class ExtremalProblem::Pass {
       x_.push_back(of_.upper_parameter_[i] ? shot_.parameter(*of_.upper_parameter_[i]) : Jet(infinity));
     }
     start_ = x_;
-    start_hamiltonian_ = s_.arcs.front().arc->hamiltonian(x_).value;
+    constants_.start_hamiltonian = s_.arcs.front().arc->hamiltonian(x_).value;
+    constants_.gradient_size.resize(s_.controls.size());
+    reach_.assign(s_.control_scale.begin(), s_.control_scale.end());
+    constants_.entry.resize(s_.arcs.size());
+    entries_.resize(s_.arcs.size());
+  }
+
+  /// Looks how large the terms of H and H_u are at an end of an arc.
+  void measure(std::size_t arc) {
+    try {
+      const ArcValues values = s_.arcs[arc].arc->values(numbers());
+      constants_.size = std::max(constants_.size, values.size);
+      for (std::size_t i = 0; i < values.gradient_size.size(); ++i) {
+        constants_.gradient_size[i] = std::max(constants_.gradient_size[i], values.gradient_size[i]);
+        reach_[i] = std::max(reach_[i], std::abs(values.control[i]));
+      }
+    } catch (const LeftDomain&) {
+      return;  // far from a solution, where nothing is integrated, a law need not exist
+    }
+  }
+  [[nodiscard]] std::vector<double> numbers() const {
+    std::vector<double> x;
+    for (const Jet& value : x_) x.push_back(value.value);
+    return x;
   }
 
   /// Carries x over one arc. The system does not depend on time, so every arc starts at 0 of a clock of its own.
@@ -55,6 +82,7 @@ class ExtremalProblem::Pass {
     from.quadrature.insert(from.quadrature.end(), x_.begin(), x_.begin() + index(cyclic));
     from.parameter.insert(from.parameter.end(), x_.begin() + index(n_), x_.begin() + index(n_ + cyclic));
     from.parameter.insert(from.parameter.end(), x_.begin() + index(2 * n_), x_.end());
+    measure(arc);
     const ArcEnd to = shot_.arc(from);
     cost_ = to.quadrature[0];
     for (std::size_t i = 0; i < cyclic; ++i) x_[i] = to.quadrature[i + 1];
@@ -62,6 +90,7 @@ class ExtremalProblem::Pass {
       x_[cyclic + i] = to.state[i];
       x_[n_ + cyclic + i] = to.state[rest + i];
     }
+    measure(arc);
     time_ += duration;
     shot_.guard(EventKind::arc_death, fmt::format("duration of arc {}", arc + 1), duration);
   }
@@ -102,6 +131,39 @@ class ExtremalProblem::Pass {
     for (std::size_t i = 0; i < at.multipliers; ++i) multipliers.push_back(shot_.unknown(at.multiplier + i));
     const std::vector<Jet> costate = constraint.jump(x_, multipliers);
     std::copy(costate.begin(), costate.end(), x_.begin() + index(n_));
+    if (s_.arcs[j + 1].arc->kind() == ArcKind::boundary && at.multipliers == 2) {
+      entries_[j + 1] = {multipliers[0].value, numbers()};
+    }
+  }
+
+  /// The parts of multipliers at the entries, π₀ + dμ/dt, over their terms or over what μ is made of in the time there is.
+  void weigh_entries() {
+    for (std::size_t arc = 0; arc < entries_.size(); ++arc) {
+      const auto& [first, x] = entries_[arc];
+      if (x.empty()) continue;
+      try {
+        const double slope = s_.arcs[arc].arc->load(x).slope;
+        const double usual = constants_.gradient_size[0] /
+                             (std::abs(s_.arcs[arc].arc->values(x).constraint_slope) * constants_.time);
+        const double size = std::max(std::abs(first) + std::abs(slope), usual);
+        constants_.entry[arc] = size > 0.0 ? (first + slope) / size : 0.0;
+      } catch (const LeftDomain&) {
+        return;  // as in measure()
+      }
+    }
+  }
+
+  /// μ(T) of a constraint of order 2 on which the trajectory ends.
+  void weigh_exit() {
+    const ExtremalStatement::PlacedArc& last = s_.arcs.back();
+    if (last.constraint < 0 || !(constants_.gradient_size[0] > 0.0)) return;
+    const auto& constraint = s_.constraints[static_cast<std::size_t>(last.constraint)];
+    if (constraint.order < 2 || !of_.ends_free(numbers(), *constraint.constraint)) return;
+    try {
+      constants_.exit = last.arc->values(numbers()).control_gradient[0] / constants_.gradient_size[0];
+    } catch (const LeftDomain&) {
+      return;  // as in measure()
+    }
   }
 
   void end() {
@@ -136,7 +198,13 @@ class ExtremalProblem::Pass {
     if (s_.free_time) row(s_.arcs.back().arc->hamiltonian(x_) - time_gradient);
     shot_.report("final_time", "s", time_);
     shot_.report("cost", "1", cost_ + terminal_cost);
-    shot_.complete({}, {start_hamiltonian_});
+    constants_.time = time_.value;
+    // A control that never matters has nothing but rounding in H_u: to it counts what the others make of H over its own range.
+    for (std::size_t i = 0; i < reach_.size(); ++i)
+      constants_.gradient_size[i] = std::max(constants_.gradient_size[i], constants_.size / reach_[i]);
+    weigh_entries();
+    weigh_exit();
+    shot_.complete({}, constants_.packed());
   }
 
   void row(const Jet& value) { shot_.row(row_++, value); }
@@ -148,7 +216,10 @@ class ExtremalProblem::Pass {
   Shot& shot_;
   std::vector<Jet> x_, start_;
   Jet time_, cost_;
-  double start_hamiltonian_ = 0.0;
+  Constants constants_;
+  std::vector<double> reach_;  ///< of the controls: their scales, or values if larger
+  std::vector<std::pair<double, std::vector<double>>>
+      entries_;  ///< by arc: π₀ and x there, where the constraint has order 2
   std::size_t row_ = 0;
 };
 

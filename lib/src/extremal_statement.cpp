@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <set>
 
 namespace costate {
@@ -40,7 +41,57 @@ void check_control(const std::string& name, const Control& control) {
   }
 }
 
+/// Names that follow from the statement, see extremal_problem().
+std::set<std::string> derived_names(const ExtremalStatement& s) {
+  std::set<std::string> derived{"final_time"};
+  for (const auto& [name, state] : s.states) {
+    derived.insert({name + "_start", "lambda_" + name});
+    if (state.end) derived.insert(name + "_end");
+  }
+  for (const auto& [name, control] : s.controls) {
+    if (control.lower) derived.insert(name + "_lower");
+    if (control.upper) derived.insert(name + "_upper");
+  }
+  return derived;
+}
+
 }  // namespace
+
+void check_constant(const std::vector<std::pair<std::string, Control>>& controls, std::span<const double> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto& [name, control] = controls.at(i);
+    const double infinity = std::numeric_limits<double>::infinity();
+    const double lower = control.lower.value_or(-infinity), upper = control.upper.value_or(infinity);
+    if (!(std::isfinite(values[i]) && values[i] >= lower && values[i] <= upper)) {
+      throw BadInput(fmt::format("constant {} = {:g} of an arc is not admissible: a number within {:g} … {:g}", name,
+                                 values[i], lower, upper));
+    }
+  }
+}
+
+int constraint_order(const std::string& name, int stated, const StateConstraint& constraint,
+                     const std::vector<std::vector<double>>& points) {
+  if (stated != 0 && stated != 1 && stated != 2) {
+    throw BadInput(fmt::format("order of {} = {} is not admissible: 1, 2, or 0 to have it found", name, stated));
+  }
+  int found = 0;
+  for (int order = 1; order <= 2 && found == 0; ++order) {
+    for (const auto& x : points) {
+      if (constraint.control_dependence(order, x) > 1e-10) found = order;
+    }
+  }
+  if (stated != 0 && found != 0 && stated != found) {
+    throw BadInput(
+        fmt::format("order of {} = {} is not admissible: {}, as the control enters its time derivative of that order first",
+                    name, stated, found));
+  }
+  if (stated != 0) return stated;
+  if (found != 0) return found;
+  throw BadInput(
+      fmt::format("neither the first nor the second time derivative of the constraint {} depends on the control near the "
+                  "ends: give its order, 1 or 2 (higher ones are not supported)",
+                  name));
+}
 
 void check_statement(const ExtremalStatement& s) {
   std::set<std::string> names;
@@ -63,10 +114,20 @@ void check_statement(const ExtremalStatement& s) {
   for (const auto& constraint : s.constraints) once(constraint.name);
   for (const auto& [name, constraint] : s.mixed) once(name);
   for (const auto& [name, condition] : s.end_conditions) once(name);
+  for (const std::string& name : derived_names(s)) {
+    if (names.contains(name)) {
+      throw BadInput(fmt::format("the name '{}' is taken: it is derived from the statement, give another", name));
+    }
+  }
   if (!(s.time > 0.0 && std::isfinite(s.time))) {
     throw BadInput(
         fmt::format("final time = {:g} s is not admissible: a positive number, given by final_time() or free_final_time()",
                     s.time));
+  }
+  if (s.minimum_time && !s.free_time) {
+    throw BadInput(fmt::format(
+        "final time = {:g} s is not admissible for a system that minimises the time: leave it free, or state a cost()",
+        s.time));
   }
   if (s.arcs.empty())
     throw BadInput("the problem has no arcs: state them in order of time with interior(), upper(), lower(), …");

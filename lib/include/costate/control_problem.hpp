@@ -40,6 +40,8 @@ template <ControlledSystem M>
 class ControlProblem {
   using W = MayerForm<M>;
   static constexpr int n = M::states, k = M::controls, m = M::parameters;
+  static constexpr bool has_cost =
+      requires(const M system, Vec<double, n> q, Vec<double, k> u, Vec<double, m> p) { system.cost(q, u, p); };
 
  public:
   explicit ControlProblem(M system = {}) : model_{system} {}
@@ -70,8 +72,7 @@ class ControlProblem {
   /// Φ, a function of Ends, added to ∫ L dt.
   template <class F>
   ControlProblem& terminal_cost(F f) {
-    static_assert(requires(const M system, Vec<double, n> q, Vec<double, k> u, Vec<double, M::parameters> p) { system.cost(q, u, p); },
-                  "a system without cost() minimises the time: state cost() = 0 if all that counts is the end, 1 if the time does too");
+    static_assert(has_cost, "a system without cost() minimises the time: state cost() = 0 if all that counts is the end, 1 if the time does too");
     s_.terminal_cost = std::make_shared<EndFunctionOf<n, m, F>>(std::move(f));
     return *this;
   }
@@ -141,7 +142,10 @@ class ControlProblem {
   /// An arc with constant controls.
   ControlProblem& constant(const Vec<double, k>& values, const Arc& known = {}) {
     return add("constant", known,
-               [values](const ControlProblem& of) { return of.arc_of(ArcKind::bang, ConstantLaw<W>{values}); });
+               [values](const ControlProblem& of) {
+                 check_constant(of.s_.controls, values);
+                 return of.arc_of(ArcKind::bang, ConstantLaw<W>{values});
+               });
   }
   /// A singular arc of order 1.
   ControlProblem& singular(const Arc& known = {}) {
@@ -197,6 +201,7 @@ class ControlProblem {
   [[nodiscard]] std::shared_ptr<const Problem> shared() const {
     check_sizes();
     ExtremalStatement s = s_;
+    s.minimum_time = !has_cost;
     s.cyclic = cyclic_states<M>();
     s.system = system_map(model_.system);
     s.linearise = [model = model_](const std::vector<double>& x, const Eigen::VectorXd& u) {
@@ -288,6 +293,7 @@ class ControlProblem {
     for (std::size_t i = 0; i < k; ++i) {
       const Control& c = s_.controls[i].second;
       const bool both = c.lower && c.upper;
+      search.name[i] = s_.controls[i].first;
       search.start[i] = c.guess ? *c.guess : both ? 0.5 * (*c.lower + *c.upper) : c.lower.value_or(c.upper.value_or(0.0));
       search.scale[i] = c.scale > 0.0 ? c.scale : both ? 0.5 * (*c.upper - *c.lower) : 1.0;
     }
@@ -343,10 +349,6 @@ class ControlProblem {
   static constexpr std::array<double, 3> probes{0.31, 0.53, 0.84};
 
   [[nodiscard]] int order_of(const StatedConstraint& c, const StateConstraint& constraint) const {
-    if (c.order != 0 && c.order != 1 && c.order != 2) {
-      throw BadInput("order of " + c.name + " = " + std::to_string(c.order) +
-                     " is not admissible: 1, 2, or 0 to have it found");
-    }
     for (const double way : probes) {
       const std::vector<double> x = probe(way);
       const std::vector<Jet> after = constraint.jump({x.begin(), x.end()}, {1.0});
@@ -357,14 +359,9 @@ class ControlProblem {
         }
       }
     }
-    if (c.order != 0) return c.order;
-    for (const int order : {1, 2}) {
-      for (const double way : probes) {
-        if (constraint.control_dependence(order, probe(way)) > 1e-10) return order;
-      }
-    }
-    throw BadInput("neither the first nor the second time derivative of the constraint " + c.name +
-                   " depends on the control near the ends: give its order, 1 or 2 (higher ones are not supported)");
+    std::vector<std::vector<double>> points;
+    for (const double way : probes) points.push_back(probe(way));
+    return constraint_order(c.name, c.order, constraint, points);
   }
 
   static int place_of(const std::string& name, const ExtremalStatement& s) {

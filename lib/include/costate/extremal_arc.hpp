@@ -10,6 +10,7 @@
 #include <Eigen/Eigenvalues>
 #include <functional>
 #include <string>
+#include <tuple>
 
 namespace costate {
 
@@ -28,9 +29,21 @@ struct ArcValues {
   double hamiltonian = 0.0;              ///< H
   double size = 0.0;                     ///< Σ |λᵢ fᵢ| + |L|: what cancels in H
   std::vector<double> control_gradient;  ///< H_u (k)
+  std::vector<double> gradient_size;     ///< Σ |λᵢ ∂fᵢ/∂u| + |L_u| (k): what cancels in H_u
   double curvature = 0.0;                ///< largest eigenvalue of H_uu: ≤ 0 at a maximum
+  double curvature_size = 0.0;           ///< the same sum over all second derivatives
   double multiplier = 0.0;               ///< μ = H_u/C_u of the arc's constraint C ≤ 0, else 0: ≥ 0 at a maximum
+  double constraint_slope = 0.0;         ///< C_u of the same
   double kelley = 0.0;                   ///< {H₁, {H₀, H₁}} on a singular arc, else 0: ≥ 0 at a maximum
+  double kelley_size = 0.0;              ///< what cancels in it
+};
+
+/// Along a state constraint of order r: the multiplier η of the constraint itself (direct adjoining), of which μ is the r-fold integral
+/// from the exit, so that (−1)^r d^r μ/dt^r = η ≥ 0.
+struct BoundaryLoad {
+  double eta = 0.0;    ///< η
+  double size = 0.0;   ///< what cancels in it
+  double slope = 0.0;  ///< dμ/dt
 };
 
 /// A kind of arc of one system.
@@ -44,6 +57,10 @@ class ExtremalArc {
   [[nodiscard]] virtual ArcKind kind() const = 0;
   [[nodiscard]] virtual const Field& field() const = 0;
   [[nodiscard]] virtual ArcValues values(const std::vector<double>& x) const = 0;
+  /// Of an arc along a state constraint; zeros elsewhere.
+  [[nodiscard]] virtual BoundaryLoad load(const std::vector<double>& x) const = 0;
+  /// C(q, u, p) of the arc's constraint C ≤ 0 at any control u (k); 0 where it has none.
+  [[nodiscard]] virtual double constraint(const std::vector<double>& x, const std::vector<double>& u) const = 0;
   /// u (k), H, and H_u of the first control, with the arc's own control.
   [[nodiscard]] virtual std::vector<Jet> control(const std::vector<Jet>& x) const = 0;
   [[nodiscard]] virtual Jet hamiltonian(const std::vector<Jet>& x) const = 0;
@@ -99,9 +116,10 @@ class ExtremalArcOf final : public ExtremalArc {
   using Flow = Pontryagin<W, L>;
   template <class S>
   using Point = MayerPoint<M, S>;
+  static constexpr std::size_t size = Point<double>::size;
 
  public:
-  ExtremalArcOf(ArcKind kind, W model, L law) : kind_(kind), model_(model), law_(law), field_(Flow(model, law)) {}
+  ExtremalArcOf(ArcKind kind, W model, L law) : kind_(kind), model_(model), law_(law), flow_(model, law), field_(flow_) {}
 
   [[nodiscard]] ArcKind kind() const override { return kind_; }
   [[nodiscard]] const Field& field() const override { return field_; }
@@ -111,21 +129,48 @@ class ExtremalArcOf final : public ExtremalArc {
     const auto u = law_.control(at.state, at.costate, at.parameter);
     ArcValues r;
     r.control.assign(u.begin(), u.end());
-    const auto f = model_.dynamics(at.state, u, at.parameter);
-    r.hamiltonian = dot(at.costate, f);
-    for (std::size_t i = 0; i < f.size(); ++i) r.size += std::abs(at.costate[i] * f[i]);
-    const auto g = control_gradient(model_, at.state, at.costate, u, at.parameter);
-    r.control_gradient.assign(g.begin(), g.end());
-    r.curvature = curvature(at, u);
+    expand(at, u, r);
     if constexpr (constrained) {
       using D = Dual<double, 1>;
       const Vec<D, 1> moving{D::variable(u[0], 0)};
-      r.multiplier = g[0] / law_.constraint(lift<D>(at.state), moving, lift<D>(at.parameter)).gradient[0];
+      r.constraint_slope = law_.constraint(lift<D>(at.state), moving, lift<D>(at.parameter)).gradient[0];
+      r.multiplier = r.control_gradient[0] / r.constraint_slope;
     }
     if constexpr (requires { law_.kelley(at.state, at.costate, at.parameter); }) {
-      r.kelley = law_.kelley(at.state, at.costate, at.parameter);
+      std::tie(r.kelley, r.kelley_size) = law_.kelley(at.state, at.costate, at.parameter);
     }
     return r;
+  }
+
+  [[nodiscard]] BoundaryLoad load(const std::vector<double>& x) const override {
+    BoundaryLoad r;
+    if constexpr (requires { L::order; }) {
+      using D = Dual<double, 2 * M::states>;
+      std::array<double, size> at{};
+      std::copy_n(x.begin(), size, at.begin());
+      auto moving = lift<D>(at);
+      for (int i = 0; i < 2 * M::states; ++i) {
+        moving[static_cast<std::size_t>(i)] = D::variable(at[static_cast<std::size_t>(i)], i);
+      }
+      const auto gradient = multiplier_rate<L::order - 1>(moving).gradient;
+      const auto rate = rates(at);
+      for (std::size_t i = 0; i < gradient.size(); ++i) {
+        const double term = gradient[i] * rate[i];
+        r.eta += L::order % 2 == 0 ? term : -term;
+        r.size += std::abs(term);
+      }
+      r.slope = multiplier_rate<1>(at);
+    }
+    return r;
+  }
+
+  [[nodiscard]] double constraint(const std::vector<double>& x, const std::vector<double>& u) const override {
+    if constexpr (constrained) {
+      const Point<double> at(x);
+      return law_.constraint(at.state, Vec<double, 1>{u.at(0)}, at.parameter);
+    } else {
+      return 0.0;
+    }
   }
 
   [[nodiscard]] std::vector<Jet> control(const std::vector<Jet>& x) const override {
@@ -161,29 +206,80 @@ class ExtremalArcOf final : public ExtremalArc {
 
   template <class F>
   static std::vector<Jet> map(const std::vector<Jet>& x, const F& f) {
-    return on_jets<Point<double>::size>([&f]<class S, std::size_t N>(const std::array<S, N>& at) { return f(Point<S>(at)); },
-                                        x);
+    return on_jets<static_cast<int>(size)>([&f]<class S, std::size_t N>(
+                                               const std::array<S, N>& at) { return f(Point<S>(at)); },
+                                           x);
   }
 
-  double curvature(const Point<double>& at, const Vec<double, W::controls>& u) const {
+  /// H and its first two derivatives by u, each with the sum of its terms' magnitudes.
+  void expand(const Point<double>& at, const Vec<double, W::controls>& u, ArcValues& r) const {
     constexpr int k = W::controls;
     using D = Dual<double, k>;
-    Vec<D, k> moving{};
-    for (std::size_t i = 0; i < k; ++i) moving[i] = D::variable(u[i], static_cast<int>(i));
-    const auto g = control_gradient<W, D>(model_, lift<D>(at.state), lift<D>(at.costate), moving, lift<D>(at.parameter));
-    Eigen::Matrix<double, k, k> hessian;
-    for (Eigen::Index i = 0; i < k; ++i) {
-      for (Eigen::Index j = 0; j < k; ++j)
-        hessian(i, j) = g[static_cast<std::size_t>(i)].gradient[static_cast<std::size_t>(j)];
+    using DD = Dual<D, k>;
+    Vec<DD, k> moving{};
+    for (int i = 0; i < k; ++i) {
+      const auto place = static_cast<std::size_t>(i);
+      moving[place] = DD::variable(D::variable(u[place], i), i);
     }
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, k, k>>(hessian, Eigen::EigenvaluesOnly)
-        .eigenvalues()
-        .maxCoeff();
+    const auto f = model_.dynamics(lift<DD>(at.state), moving, lift<DD>(at.parameter));
+    r.control_gradient.assign(k, 0.0);
+    r.gradient_size.assign(k, 0.0);
+    Eigen::Matrix<double, k, k> hessian = Eigen::Matrix<double, k, k>::Zero();
+    for (std::size_t term = 0; term < f.size(); ++term) {
+      const double weight = at.costate[term];
+      r.hamiltonian += weight * f[term].value.value;
+      r.size += std::abs(weight * f[term].value.value);
+      for (std::size_t i = 0; i < k; ++i) {
+        const D& slope = f[term].gradient[i];
+        r.control_gradient[i] += weight * slope.value;
+        r.gradient_size[i] += std::abs(weight * slope.value);
+        for (std::size_t j = 0; j < k; ++j) {
+          hessian(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) += weight * slope.gradient[j];
+          r.curvature_size += std::abs(weight * slope.gradient[j]);
+        }
+      }
+    }
+    r.curvature =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, k, k>>(hessian, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+  }
+
+  /// dx/dt along the arc; 0 for what is constant and for cyclic states, on which nothing depends.
+  template <class S>
+  std::array<S, size> rates(const std::array<S, size>& x) const {
+    constexpr std::size_t cyclic = W::cyclic, free = Flow::free_states, n = M::states;
+    const Point<S> at(x);
+    Vec<S, Flow::states> z{};
+    Vec<S, Flow::parameters> p{};
+    std::copy(at.parameter.begin(), at.parameter.end(), std::copy_n(at.costate.begin(), cyclic, p.begin()));
+    std::copy_n(at.costate.begin() + cyclic, free, std::copy_n(at.state.begin() + cyclic, free, z.begin()));
+    const auto rate = flow_.rates(S(0.0), z, p).state;
+    std::array<S, size> r{};
+    std::copy_n(rate.begin(), free, r.begin() + (cyclic - 1));
+    std::copy_n(rate.begin() + free, free, r.begin() + (n + cyclic - 1));
+    return r;
+  }
+  /// d^j μ/dt^j along the arc.
+  template <int j, class S>
+  S multiplier_rate(const std::array<S, size>& x) const {
+    using D = Dual<S, 1>;
+    if constexpr (j == 0) {
+      const Point<S> at(x);
+      const auto u = law_.control(at.state, at.costate, at.parameter);
+      const Vec<D, 1> moving{D::variable(u[0], 0)};
+      return control_gradient<W, S>(model_, at.state, at.costate, u, at.parameter)[0] /
+             law_.constraint(lift<D>(at.state), moving, lift<D>(at.parameter)).gradient[0];
+    } else {
+      const auto rate = rates(x);
+      auto moving = lift<D>(x);
+      for (std::size_t i = 0; i < size; ++i) moving[i].gradient[0] = rate[i];
+      return multiplier_rate<j - 1>(moving).gradient[0];
+    }
   }
 
   ArcKind kind_;
   W model_;
   L law_;
+  Flow flow_;
   FieldOf<Flow> field_;
 };
 

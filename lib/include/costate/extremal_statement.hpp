@@ -18,6 +18,12 @@
 /// - a constraint is touched: c = 0 and c' = 0 (order 2) or H continuous (order 1), λ⁺ = λ⁻ + π ∂c/∂q.
 /// For several controls: H is continuous.
 ///
+/// Checked along the solution, relative to the terms that cancel: H is constant; H_u has its sign at a bound and vanishes between the bounds;
+/// H is not larger at the bounds or between them than at the control; Legendre–Clebsch and Kelley; the multiplier μ of a constraint's arc
+/// is ≥ 0. Along a state constraint of order r also the multiplier of the constraint itself, η = (−1)^r d^r μ/dt^r ≥ 0, and for r = 2 its part
+/// at the entry, π₀ + dμ/dt ≥ 0, and μ(T) = 0 where the trajectory ends on the constraint and nothing else holds the state there. (For r = 1
+/// μ(T) ≥ 0 is the part of the multiplier at T itself.)
+///
 /// Reference: Bryson, Denham & Dreyfus, AIAA J. 1 (1963) 2544–2550; Hartl, Sethi & Vickson, SIAM Review 37 (1995) 181–218, §5;
 /// Bryson & Ho, Applied Optimal Control, 1975, ch. 2–3 and §8.
 #pragma once
@@ -28,6 +34,7 @@
 #include <costate/smooth_map.hpp>
 
 #include <optional>
+#include <span>
 
 namespace costate {
 
@@ -95,6 +102,7 @@ struct ExtremalStatement {
   std::vector<std::pair<std::string, State>> states;
   std::vector<std::pair<std::string, Control>> controls;
   std::vector<Parameter> parameters;
+  bool minimum_time = false;  ///< the system states no running cost
   bool free_time = false;
   double time = 0.0;  ///< T, or its guess
   std::shared_ptr<const EndFunction> terminal_cost;
@@ -109,6 +117,14 @@ struct ExtremalStatement {
 
 /// Refuses what no problem can be made of: numbers out of range, names used twice. \throws BadInput
 void check_statement(const ExtremalStatement& statement);
+
+/// Refuses values of an arc with constant controls outside the bounds. \throws BadInput
+void check_constant(const std::vector<std::pair<std::string, Control>>& controls, std::span<const double> values);
+
+/// The order of a state constraint: as stated, 1 or 2, or found at the points x if that is 0.
+/// \throws BadInput for any other number, one that the points contradict, or where they show none
+[[nodiscard]] int constraint_order(const std::string& name, int stated, const StateConstraint& constraint,
+                                   const std::vector<std::vector<double>>& points);
 
 /// The shooting problem. Unknowns, as far as they are not known: "x_start", "lambda_x" (at the start), "duration 1", …, multipliers.
 /// Parameters: those of the system, "u_lower", "u_upper", "x_start", "x_end", "final_time", as far as stated. Reports: "t1", …

@@ -10,6 +10,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
 
 namespace costate {
@@ -19,30 +20,32 @@ template <int k>
 struct ControlSearch {
   Vec<double, k> start{};
   Vec<double, k> scale{};
+  Vec<std::string, k> name{};
 };
 
 /// An interval from `start`, stepping in `direction` by `step` and then twice as far each time, at whose ends f differs in sign.
-/// \throws LeftDomain if there is none within 2⁶⁰ steps, or f is not a number on the way.
+/// \throws LeftDomain if there is none within 2⁶⁰ steps, or f is not a number on the way, naming the control and `what` it should meet.
 template <class F>
-std::pair<double, double> expanding_bracket(const F& f, double start, double step, double direction, const char* what) {
+std::pair<double, double> expanding_bracket(const F& f, double start, double step, double direction,
+                                            const std::string& control, const char* what) {
   const double first = f(start);
   double a = start, b = start;
   for (int i = 0; i < 60 && isfinite(first); ++i) {
     b += direction * step;
     const double value = f(b);
-    if (!isfinite(value)) break;
+    if (!isfinite(value)) throw LeftDomain("no number on the way to a control " + control + " with " + what);
     if (first == 0.0 || value == 0.0 || (value < 0.0) != (first < 0.0)) return std::minmax({a, b});
     a = b;
     step *= 2.0;
   }
-  throw LeftDomain("no control with " + std::string(what) + " = 0 between " + std::to_string(start) + " and " +
-                   std::to_string(b));
+  throw LeftDomain("there is no control " + control + " with " + what);
 }
 
 /// The root of a function of one control, f(u; c), from a start. The side to search on is where f falls to zero (`falling`: f is a
 /// gradient and its zero a maximum) or where Newton's method points; Newton's step, where it points there, sizes the first step.
 template <class S, std::size_t n, class F>
-S control_root(const F& f, const std::array<S, n>& c, double start, double scale, bool falling, const char* what) {
+S control_root(const F& f, const std::array<S, n>& c, double start, double scale, bool falling,
+               const std::string& control, const char* what) {
   using D = Dual<double, 1>;
   const auto numbers = primal(c);
   const D at = f(D::variable(start, 0), lift<D>(numbers));
@@ -50,7 +53,7 @@ S control_root(const F& f, const std::array<S, n>& c, double start, double scale
   const double direction = (falling ? at.value : newton) < 0.0 ? -1.0 : 1.0;
   const bool useful = newton * direction > 0.0 && 1.5 * std::abs(newton) < scale;
   const auto value = [&](double u) { return f(u, numbers); };
-  const auto [lower, upper] = expanding_bracket(value, start, useful ? 1.5 * std::abs(newton) : scale, direction, what);
+  const auto [lower, upper] = expanding_bracket(value, start, useful ? 1.5 * std::abs(newton) : scale, direction, control, what);
   return implicit_root(f, c, lower, upper);
 }
 
@@ -87,7 +90,8 @@ struct InteriorLaw {
         const Unpacked<W, T> at(c);
         return control_gradient<W, T>(model, at.state, at.costate, {u}, at.parameter)[0];
       };
-      return {control_root(h_u, packed<W, S>(q, costate, p), search.start[0], search.scale[0], true, "H_u")};
+      return {control_root(h_u, packed<W, S>(q, costate, p), search.start[0], search.scale[0], true, search.name[0],
+                           "H_u = 0: H grows without bound: give it bounds")};
     } else {
       return climb(q, costate, p);
     }
@@ -237,6 +241,7 @@ S lie_derivative(const W& model, const C& c, const Vec<S, W::states>& q, const V
 /// Along a state constraint c(q, p) = 0 of order r: u from c^(r)(q, u, p) = 0, which is also the law's constraint.
 template <class W, class C, int r>
 struct BoundaryLaw {
+  static constexpr int order = r;
   std::shared_ptr<const C> limit;
   W model{};
   ControlSearch<1> search{};
@@ -251,8 +256,8 @@ struct BoundaryLaw {
       const Unpacked<W, T> at(c);
       return constraint<T>(at.state, {u}, at.parameter);
     };
-    return {control_root(f, packed<W, S>(q, costate, p), search.start[0], search.scale[0], false,
-                         "the constraint's derivative")};
+    return {control_root(f, packed<W, S>(q, costate, p), search.start[0], search.scale[0], false, search.name[0],
+                         "c^(r) = 0 along the constraint")};
   }
 };
 
@@ -273,7 +278,8 @@ struct MixedLaw {
       const Unpacked<W, T> at(c);
       return constraint<T>(at.state, {u}, at.parameter);
     };
-    return {control_root(f, packed<W, S>(q, costate, p), search.start[0], search.scale[0], false, "the constraint")};
+    return {control_root(f, packed<W, S>(q, costate, p), search.start[0], search.scale[0], false, search.name[0],
+                         "C = 0 along the constraint")};
   }
 };
 
@@ -304,10 +310,11 @@ struct SingularLaw {
       return affine_part(x, y, z);
     });
   }
-  /// {H₁, {H₀, H₁}}: what u is multiplied by in d²/dt² H_u.
+  /// {H₁, {H₀, H₁}}: what u is multiplied by in d²/dt² H_u; and the magnitude of what cancels in it.
   template <class S>
-  S kelley(const State<S>& q, const State<S>& costate, const Parameter<S>& p) const {
-    return second(q, costate, p, S(1.0)) - second(q, costate, p, S(0.0));
+  std::pair<S, S> kelley(const State<S>& q, const State<S>& costate, const Parameter<S>& p) const {
+    const S one = second(q, costate, p, S(1.0)), none = second(q, costate, p, S(0.0));
+    return {one - none, abs(one) + abs(none)};
   }
 
  private:
