@@ -44,8 +44,8 @@ std::pair<double, double> expanding_bracket(const F& f, double start, double ste
 /// The root of a function of one control, f(u; c), from a start. The side to search on is where f falls to zero (`falling`: f is a
 /// gradient and its zero a maximum) or where Newton's method points; Newton's step, where it points there, sizes the first step.
 template <class S, std::size_t n, class F>
-S control_root(const F& f, const std::array<S, n>& c, double start, double scale, bool falling,
-               const std::string& control, const char* what) {
+S control_root(const F& f, const std::array<S, n>& c, double start, double scale, bool falling, const std::string& control,
+               const char* what) {
   using D = Dual<double, 1>;
   const auto numbers = primal(c);
   const D at = f(D::variable(start, 0), lift<D>(numbers));
@@ -53,7 +53,8 @@ S control_root(const F& f, const std::array<S, n>& c, double start, double scale
   const double direction = (falling ? at.value : newton) < 0.0 ? -1.0 : 1.0;
   const bool useful = newton * direction > 0.0 && 1.5 * std::abs(newton) < scale;
   const auto value = [&](double u) { return f(u, numbers); };
-  const auto [lower, upper] = expanding_bracket(value, start, useful ? 1.5 * std::abs(newton) : scale, direction, control, what);
+  const auto [lower, upper] = expanding_bracket(value, start, useful ? 1.5 * std::abs(newton) : scale, direction, control,
+                                                what);
   return implicit_root(f, c, lower, upper);
 }
 
