@@ -22,17 +22,24 @@ struct Chain {
   }
 };
 
+/// Rows of a number and its derivatives.
+using Lifted = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+std::vector<double> lifted(const VectorXd& values, const MatrixXd& directions, int d) {
+  Lifted rows(values.size(), 1 + d);
+  rows << values, directions.leftCols(d);
+  return {rows.data(), rows.data() + rows.size()};
+}
+
 // A central difference of a function with third derivatives below M errs by h²M/6 + ε/h, 1e-9 for h = 1e-5 and M = 50.
 TEST(Field, DerivativesAreThoseOfDifferences) {
   const FieldOf<Chain> field;
   const VectorXd z = vector({0.3, -0.8, 0.5, 0.9, -0.4, 0.7}), p = vector({0.6, -1.1});
   const double t = 0.4, h = 1e-5;
-  MatrixXd fz(6, 6), along(6, 7), along_w(2, 7);
+  MatrixXd fz(6, 6);
   ASSERT_TRUE(field.jacobian(t, z, p, fz));
   const MatrixXd s = MatrixXd::NullaryExpr(6, 7, [](auto i, auto j) { return std::sin(1.0 + 2.0 * double(i) + double(j)); });
   const MatrixXd sigma = MatrixXd::NullaryExpr(2, 7,
                                                [](auto i, auto j) { return std::cos(1.0 + double(i) + 3.0 * double(j)); });
-  ASSERT_TRUE(field.sensitivities(t, z, p, s, sigma, along, along_w));
   const auto difference = [&](const VectorXd& dz, const VectorXd& dp) {
     VectorXd above = VectorXd::Zero(6), below = above, above_w = VectorXd::Zero(2), below_w = above_w;
     EXPECT_TRUE(field.rates(t, z + h * dz, p + h * dp, above, above_w));
@@ -45,10 +52,19 @@ TEST(Field, DerivativesAreThoseOfDifferences) {
   for (Eigen::Index j = 0; j < 6; ++j) {
     EXPECT_LE(largest(fz.col(j) - difference(VectorXd::Unit(6, j), VectorXd::Zero(2)).head(6)), 1e-9) << j;
   }
-  for (Eigen::Index j = 0; j < 7; ++j) {
-    const VectorXd expected = difference(s.col(j), sigma.col(j));
-    EXPECT_LE(largest(along.col(j) - expected.head(6)), 1e-9) << j;
-    EXPECT_LE(largest(along_w.col(j) - expected.tail(2)), 1e-9) << j;
+  // In any number of directions at once.
+  for (int d = 0; d <= 7; ++d) {
+    const std::vector<double> lifted_z = lifted(z, s, d), lifted_p = lifted(p, sigma, d);
+    std::vector<double> rates(static_cast<std::size_t>(8 * (1 + d)));
+    ASSERT_TRUE(field.variation(t, lifted_z, lifted_p, d, rates));
+    const Eigen::Map<const Lifted> result(rates.data(), 8, 1 + d);
+    VectorXd dz(6), dw(2);
+    ASSERT_TRUE(field.rates(t, z, p, dz, dw));
+    EXPECT_EQ(result.col(0).head(6), dz);
+    EXPECT_EQ(result.col(0).tail(2), dw);
+    for (Eigen::Index j = 0; j < d; ++j) {
+      EXPECT_LE(largest(result.col(1 + j) - difference(s.col(j), sigma.col(j))), 1e-9) << j << " of " << d;
+    }
   }
 }
 

@@ -10,7 +10,10 @@
 #include <costate/vec.hpp>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <concepts>
+#include <cstring>
+#include <span>
 #include <utility>
 
 namespace costate {
@@ -55,9 +58,11 @@ class Field {
 
   /// z' (n) and w' (k).
   virtual bool rates(double t, ConstVector z, ConstVector p, Vector dz, Vector dw) const = 0;
-  /// s_j' = f_z s_j + f_p σ_j and its quadrature part q_z s_j + q_p σ_j, for the columns s_j of `s` (n × d), σ_j of `sigma` (m × d).
-  virtual bool sensitivities(double t, ConstVector z, ConstVector p, ConstMatrix s, ConstMatrix sigma, Matrix ds,
-                             Matrix dw) const = 0;
+  /// The same with its derivatives in d directions, as the variational equations s_j' = f_z s_j + f_p σ_j need them. Every number
+  /// is followed by its d derivatives: z has n (1 + d) entries z₁ s₁₁ … s₁d z₂ …, p has m (1 + d), and the result (n + k)(1 + d),
+  /// those of w' behind those of z'. Fastest for d = 0, 2, 4.
+  virtual bool variation(double t, std::span<const double> z, std::span<const double> p, int d,
+                         std::span<double> rates) const = 0;
   /// f_z (n × n).
   virtual bool jacobian(double t, ConstVector z, ConstVector p, Matrix fz) const = 0;
 };
@@ -80,19 +85,20 @@ class FieldOf final : public Field {
     return dz.allFinite() && dw.allFinite();
   }
 
-  bool sensitivities(double t, ConstVector z, ConstVector p, ConstMatrix s, ConstMatrix sigma, Matrix ds,
-                     Matrix dw) const override {
-    // `width` directions share one evaluation of the model; the last pass may carry idle ones.
-    constexpr int width = 4;
-    using D = Dual<double, width>;
-    for (Eigen::Index first = 0; first < s.cols(); first += width) {
-      const Eigen::Index used = std::min<Eigen::Index>(width, s.cols() - first);
-      const auto r = field_.rates(D(t), seed<F::states, D>(z, s.middleCols(first, used)),
-                                  seed<F::parameters, D>(p, sigma.middleCols(first, used)));
-      scatter(r.state, ds.middleCols(first, used));
-      scatter(r.quadrature, dw.middleCols(first, used));
+  bool variation(double t, std::span<const double> z, std::span<const double> p, int d,
+                 std::span<double> rates) const override {
+    switch (d) {
+      case 0: whole<double>(t, z, p, rates); break;
+      case 2: whole<Dual<double, 2>>(t, z, p, rates); break;
+      case 4: whole<Dual<double, 4>>(t, z, p, rates); break;
+      default: {
+        // Some directions at a time share one evaluation of the model; the last pass may carry idle ones.
+        int first = 0;
+        for (; d - first > 2; first += 4) part<4>(t, z, p, d, first, rates);
+        if (first < d) part<2>(t, z, p, d, first, rates);
+      }
     }
-    return ds.allFinite() && dw.allFinite();
+    return all_finite(rates);
   }
 
   bool jacobian(double t, ConstVector z, ConstVector p, Matrix fz) const override {
@@ -114,6 +120,64 @@ class FieldOf final : public Field {
   static void store(const std::array<double, N>& a, Vector v) {
     for (std::size_t i = 0; i < N; ++i) v[static_cast<Eigen::Index>(i)] = a[i];
   }
+  static bool all_finite(std::span<const double> values) {
+    // A product with zero is zero, or not a number.
+    double sum = 0.0;
+    for (const double value : values) sum += 0.0 * value;
+    return sum == 0.0;
+  }
+
+  // Duals lie in memory as the entries do.
+  template <class S>
+  void whole(double t, std::span<const double> z, std::span<const double> p, std::span<double> rates) const {
+    Vec<S, F::states> state;
+    Vec<S, F::parameters> parameter;
+    copy(z, state);
+    copy(p, parameter);
+    const auto r = field_.rates(S(t), state, parameter);
+    copy(r.state, rates);
+    copy(r.quadrature, rates.subspan(sizeof r.state / sizeof(double)));
+  }
+  template <class S, std::size_t N>
+  static void copy(std::span<const double> from, std::array<S, N>& to) {
+    if constexpr (N > 0) std::memcpy(static_cast<void*>(to.data()), from.data(), sizeof to);
+  }
+
+  template <class S, std::size_t N>
+  static void copy(const std::array<S, N>& from, std::span<double> to) {
+    if constexpr (N > 0) std::memcpy(to.data(), from.data(), sizeof from);
+  }
+
+  /// Directions first … first + width − 1 of d, as far as there are that many.
+  template <int width>
+  void part(double t, std::span<const double> z, std::span<const double> p, int d, int first,
+            std::span<double> rates) const {
+    using D = Dual<double, width>;
+    const auto stride = static_cast<std::size_t>(1 + d), from = static_cast<std::size_t>(1 + first);
+    const auto used = static_cast<std::size_t>(std::min(width, d - first));
+    const auto gather = [&](std::span<const double> values, auto& duals) {
+      for (std::size_t i = 0; i < duals.size(); ++i) {
+        duals[i].value = values[i * stride];
+        for (std::size_t j = 0; j < used; ++j) duals[i].gradient[j] = values[i * stride + from + j];
+      }
+    };
+    Vec<D, F::states> state{};
+    Vec<D, F::parameters> parameter{};
+    gather(z, state);
+    gather(p, parameter);
+    const auto r = field_.rates(D(t), state, parameter);
+    std::size_t place = 0;
+    const auto scatter_entries = [&](const auto& duals) {
+      for (const D& dual : duals) {
+        rates[place] = dual.value;
+        for (std::size_t j = 0; j < used; ++j) rates[place + from + j] = dual.gradient[j];
+        place += stride;
+      }
+    };
+    scatter_entries(r.state);
+    scatter_entries(r.quadrature);
+  }
+
   template <int N, class D, class Columns>
   static Vec<D, N> seed(const ConstVector& v, const Columns& directions) {
     Vec<D, N> a{};

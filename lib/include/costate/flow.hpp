@@ -9,6 +9,8 @@
 #include <costate/trajectory.hpp>
 
 #include <memory>
+#include <span>
+#include <vector>
 
 namespace costate {
 
@@ -38,19 +40,22 @@ struct Statistics {
   long rhs_evaluations = 0;          ///< of f
   long sensitivity_evaluations = 0;  ///< of all directions at once
   long error_test_failures = 0;
-  long exhausted = 0;                ///< integrations that ended at max_steps
+  long exhausted = 0;  ///< integrations that ended at max_steps
   Statistics& operator+=(const Statistics& other);
 };
 
 /// Where an arc ends.
 struct FlowEnd {
-  Eigen::VectorXd state;                    ///< z₁ (n)
-  Eigen::VectorXd quadrature;               ///< w₁ − w₀ (k)
-  Eigen::MatrixXd state_directions;         ///< ∂z₁ in the given directions (n × d)
-  Eigen::MatrixXd quadrature_directions;    ///< ∂(w₁ − w₀) in the given directions (k × d)
-  Eigen::VectorXd state_rate;               ///< f(t₁, z₁) = ∂z₁/∂t₁
-  Eigen::VectorXd quadrature_rate;          ///< q(t₁, z₁)
+  Eigen::VectorXd state;                  ///< z₁ (n)
+  Eigen::VectorXd quadrature;             ///< w₁ − w₀ (k)
+  Eigen::MatrixXd state_directions;       ///< ∂z₁ in the given directions (n × d)
+  Eigen::MatrixXd quadrature_directions;  ///< ∂(w₁ − w₀) in the given directions (k × d)
+  Eigen::VectorXd state_rate;             ///< f(t₁, z₁) = ∂z₁/∂t₁
+  Eigen::VectorXd quadrature_rate;        ///< q(t₁, z₁)
 };
+
+/// A method for one field and one number of directions; private to lib.
+class Integrator;
 
 /// Integrates one Field over and over. Memory is allocated at the first use of a number of directions and reused after.
 class Flow {
@@ -68,18 +73,22 @@ class Flow {
 
   /// From z(t0) = z0 to t1 (which may lie before t0), quadratures from 0. The reference is valid until the next call.
   /// \throws LeftDomain if the solution cannot be continued to t1; the message names the time reached.
-  const FlowEnd& run(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& p, const Directions& directions);
+  const FlowEnd& run(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& p,
+                     const Directions& directions);
+  /// The same on contiguous numbers, each followed by its d derivatives (see Field::variation): z0 has n (1 + d) entries and p
+  /// m (1 + d). Returns z₁ and w₁ − w₀, (n + k)(1 + d) entries that are valid until the next call. \throws LeftDomain as above
+  std::span<const double> advance(double t0, double t1, std::span<const double> z0, std::span<const double> p, int d);
   /// The same without sensitivities, keeping dense output; w starts at w0.
   Trajectory record(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& w0, const Eigen::VectorXd& p);
 
  private:
-  class Integrator;
-  Integrator& integrator(Eigen::Index directions);
+  Integrator& integrator(int directions);
 
   const Field* field_;
   FlowOptions options_;
   Statistics statistics_;
   FlowEnd end_;
+  std::vector<double> lifted_end_;
   std::vector<std::unique_ptr<Integrator>> integrators_;
 };
 
