@@ -168,7 +168,7 @@ double rms_norm(N_Vector x, N_Vector w) {
 
 int linear_combination(int count, double* c, N_Vector* x, N_Vector z) {
   double* to = data(z);
-  // One of the operands may be the result: x[0], which each element reads first.
+  // Any operand may be the result: an element is written after all have been read.
   for (sunindextype i = 0; i < content(z).padded; ++i) {
     double sum = 0.0;
     for (int k = 0; k < count; ++k) sum += c[k] * data(x[k])[i];
