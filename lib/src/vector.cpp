@@ -136,6 +136,9 @@ double weighted_norm(N_Vector x, N_Vector w) {
   return std::sqrt(sum);
 }
 
+/// The larger of two, or the one that is not a number.
+double larger(double a, double b) { return b > a || b != b ? b : a; }
+
 /// The largest Σᵢ (xᵢⱼ wᵢⱼ)² of the columns first … first + width − 1.
 template <int width>
 double largest_square(const double* from, const double* weight, sunindextype rows, sunindextype columns) {
@@ -143,9 +146,8 @@ double largest_square(const double* from, const double* weight, sunindextype row
   for (sunindextype row = 0; row < rows; ++row, from += columns, weight += columns) {
     for (int j = 0; j < width; ++j) sums[j] += from[j] * weight[j] * (from[j] * weight[j]);
   }
-  // A sum that is not a number must not be lost in a comparison.
   double largest = sums[0];
-  for (int j = 1; j < width; ++j) largest = sums[j] <= largest ? largest : sums[j];
+  for (int j = 1; j < width; ++j) largest = larger(largest, sums[j]);
   return largest;
 }
 
@@ -159,8 +161,7 @@ double rms_norm(N_Vector x, N_Vector w) {
     case 5: largest = largest_square<5>(from, weight, rows, 5); break;
     default:
       for (sunindextype j = 0; j < columns; ++j) {
-        const double square = largest_square<1>(from + j, weight + j, rows, columns);
-        largest = square <= largest ? largest : square;
+        largest = larger(largest, largest_square<1>(from + j, weight + j, rows, columns));
       }
   }
   return std::sqrt(largest / static_cast<double>(rows));
