@@ -140,7 +140,6 @@ class Cvodes final : public Integrator {
     }
     check(CVodeWFtolerances(memory, weights), "CVodeWFtolerances");
     if (adams) {
-      sundials::set_adams_controls(memory);
       // CVODES initialises the solver without sensitivities too, whether it will be used or not.
       nonlinear_ = sundials::make_fixed_point(rates, context_.get());
       check(CVodeSetNonlinearSolver(memory, nonlinear_.get()), "CVodeSetNonlinearSolver");
