@@ -51,7 +51,9 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-curvature-friction", [&] {
-    const SolveOptions options{.accuracy = line.accuracy, .method = line.method(), .advice = "a nearer end point, --slope free or stronger |beta|"};
+    const SolveOptions options{.accuracy = line.accuracy,
+                               .method = line.method(),
+                               .advice = "a nearer end point, --slope free or stronger |beta|"};
     const auto solve = [&] { return curvature::solve_scene(scene, options); };
     if (line.variation()) {
       return tools::deliver_variation({.variation = *line.variation(),

@@ -71,7 +71,7 @@ Solution solve_along(const std::vector<Scene>& way, const SolveOptions& options,
   Solution solution;
   bool reached = true;
   for (const Scene& stage : way) {
-    const Followed path = follow(shooting, y, parameters(stage), {.max_integration_steps = integration_steps});
+    const Followed path = follow(shooting, y, parameters(stage), {.max_integration_steps = integration_steps, .method = options.method});
     y = path.y;
     cost.newton_iterations += path.newton_iterations;
     reached = path.reached;
