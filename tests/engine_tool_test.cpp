@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Scene{"coulomb", {"coulomb"}}, Scene{"coulomb_with_friction", {"coulomb", "--mu", "0.4"}},
                     Scene{"normal", {"normal-friction"}},
                     Scene{"normal_stiffening",
-                          {"normal-friction", "--x", "1.5", "--y", "-1", "--speed", "4", "--beta", "-1e-3"}},
+                          {"normal-friction", "--x", "1.5", "--y", "-1", "--speed", "4", "--mu", "0.3", "--beta", "-0.001"}},
                     Scene{"curvature", {"curvature-friction"}},
                     Scene{"curvature_free", {"curvature-friction", "--slope", "free", "--accuracy", "1e-10"}},
                     Scene{"drag", {"drag"}}, Scene{"drag_fine", {"drag", "--accuracy", "1e-10"}}),
