@@ -53,7 +53,7 @@ struct System {
   }
   [[nodiscard]] Staircase factorised() const { return {rows(), layout, row_scales, column_scales}; }
   [[nodiscard]] double condition() const {
-    const VectorXd values = scaled.bdcSvd().singularValues();
+    const VectorXd values = scaled.jacobiSvd().singularValues();
     return values[0] / values[size() - 1];
   }
 };
@@ -181,7 +181,7 @@ TEST(Staircase, WeakestCombinationsAreTheSingularVectors) {
     System system = Random(3).system(shape);
     const Index last = system.size() - 1;
     system.scaled.col(1) = 0.5 * system.scaled.col(0) + 1e-9 * system.scaled.col(1);
-    const Eigen::BDCSVD<MatrixXd> svd(system.scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<MatrixXd> svd(system.scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const VectorXd& values = svd.singularValues();
     ASSERT_LT(values[last], 1e-5 * values[last - 1]);
     const double blur = 10.0 * static_cast<double>(system.size()) * epsilon * values[0] / values[last - 1];
@@ -299,7 +299,7 @@ TEST(Staircase, NamesWhatCannotBeToldApart) {
     rows.scaled.row(b) = rows.scaled.row(a);
     for (const bool transposed : {false, true}) {
       const System& system = transposed ? rows : columns;
-      const VectorXd values = system.scaled.bdcSvd().singularValues();
+      const VectorXd values = system.scaled.jacobiSvd().singularValues();
       const double blur = 10.0 * static_cast<double>(system.size()) * epsilon * values[0] / values[system.size() - 2];
       const Staircase staircase = system.factorised();
       EXPECT_GT(staircase.condition(), 1.0 / (10.0 * static_cast<double>(system.size()) * epsilon));
