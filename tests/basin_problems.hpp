@@ -49,8 +49,7 @@ class DiskTransfer final : public Problem {
   [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>&) const override {
     using Full = Pontryagin<disk::FreeRolling, disk::FastestRolling>;
     const Eigen::VectorXd& p = point.record->parameter;
-    return {
-        {"Hamiltonian", PathCheck::Kind::zero, Full().hamiltonian({point.state[0], point.state[1]}, {p[0], p[1]})}};
+    return {{"Hamiltonian", PathCheck::Kind::zero, Full().hamiltonian({point.state[0], point.state[1]}, {p[0], p[1]})}};
   }
 
  private:
