@@ -18,6 +18,7 @@ namespace costate {
 struct Tolerance {
   double relative = 1e-10;
   double absolute = 1e-12;
+  bool operator==(const Tolerance&) const = default;
 };
 
 /// Linear multistep method: Adams–Moulton, orders 1–12 with fixed-point iteration (non-stiff), or BDF, orders 1–5 with
@@ -31,6 +32,7 @@ struct FlowOptions {
   /// Longest step, as a share of the arc; 0: any. Error control knows of a right-hand side what it samples: a step across a short load
   /// sees nothing of it.
   double longest_step = 0.0;
+  bool operator==(const FlowOptions&) const = default;
 };
 
 /// What integrations have cost.

@@ -7,8 +7,7 @@
 #pragma once
 
 #include <costate/dual.hpp>
-
-#include <vector>
+#include <costate/short_vector.hpp>
 
 namespace costate {
 
@@ -19,7 +18,8 @@ class Jet {
     int column;
     double derivative;
   };
-  using Gradient = std::vector<Entry>;
+  /// Problems of single shooting have few unknowns: their gradients need no memory of their own.
+  using Gradient = ShortVector<Entry, 8>;
 
   double value = 0.0;
 
@@ -35,9 +35,17 @@ class Jet {
   [[nodiscard]] double derivative(int column) const;
 
   /// f(a) by the chain rule.
-  static Jet chain(const Jet& a, double f, double derivative);
+  static Jet chain(const Jet& a, double f, double derivative) {
+    Jet r(f);
+    for (const Entry& entry : a.gradient_) r.gradient_.push_back({entry.column, derivative * entry.derivative});
+    return r;
+  }
   /// f(a, b) by the chain rule.
-  static Jet chain(const Jet& a, const Jet& b, double f, double fa, double fb);
+  static Jet chain(const Jet& a, const Jet& b, double f, double fa, double fb) {
+    if (b.gradient_.empty()) return chain(a, f, fa);
+    if (a.gradient_.empty()) return chain(b, f, fb);
+    return merge(a, b, f, fa, fb);
+  }
 
   Jet& operator+=(const Jet& b) { return *this = *this + b; }
   Jet& operator-=(const Jet& b) { return *this = *this - b; }
@@ -50,8 +58,13 @@ class Jet {
   }
 
  private:
+  static Jet merge(const Jet& a, const Jet& b, double f, double fa, double fb);
+
   Gradient gradient_;
 };
+
+/// Jets of one arc: its states, quadratures or constants.
+using Jets = ShortVector<Jet, 5>;
 
 inline double primal(const Jet& a) { return a.value; }
 inline Jet sin(const Jet& a) { return Jet::chain(a, std::sin(a.value), std::cos(a.value)); }
