@@ -13,6 +13,17 @@ double Jet::derivative(int column) const {
 }
 
 Jet Jet::merge(const Jet& a, const Jet& b, double f, double fa, double fb) {
+  const auto same = [](const Entry& x, const Entry& y) { return x.column == y.column; };
+  if (std::equal(a.gradient_.begin(), a.gradient_.end(), b.gradient_.begin(), b.gradient_.end(), same)) {
+    Jet r(f);
+    Entry* to = r.gradient_.extend(a.gradient_.size());
+    const Entry* other = b.gradient_.begin();
+    for (const Entry& entry : a.gradient_) {
+      to->column = entry.column;
+      to++->derivative = fa * entry.derivative + fb * (other++)->derivative;
+    }
+    return r;
+  }
   Jet r(f);
   const Entry *i = a.gradient_.begin(), *j = b.gradient_.begin();
   const Entry *const i_end = a.gradient_.end(), *const j_end = b.gradient_.end();

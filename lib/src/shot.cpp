@@ -48,8 +48,8 @@ class Seeding {
     Jet sum(number[0]);
     if (by_column_) {
       Jet::Gradient gradient;
-      gradient.reserve(count_);
-      for (std::size_t j = 0; j < count_; ++j) gradient.push_back({columns_[j], number[1 + j]});
+      Jet::Entry* entry = gradient.extend(count_);
+      for (std::size_t j = 0; j < count_; ++j) *entry++ = {columns_[j], number[1 + j]};
       sum = Jet(number[0], std::move(gradient));
     } else {
       const double* derivative = number + 1;
@@ -93,10 +93,6 @@ class Seeding {
   bool by_column_ = true;
 };
 
-[[noreturn]] void throw_not_finite(double t) {
-  throw LeftDomain(fmt::format("the right-hand side is not finite at t = {:.6g}", t));
-}
-
 }  // namespace
 
 const char* describe(EventKind kind) {
@@ -129,6 +125,17 @@ void Shot::restart(std::span<const double> y, bool wants_reports) {
   }
   wants_reports_ = wants_reports;
   replays_ = false;
+  reached_.clear();
+  begin();
+}
+
+void Shot::replay() {
+  wants_reports_ = replays_ = true;
+  begin();
+}
+
+void Shot::begin() {
+  next_reached_ = 0;
   recorded_ = 0;
   next_node_ = 0;
   calls_ = 0;
@@ -138,29 +145,11 @@ void Shot::restart(std::span<const double> y, bool wants_reports) {
   guards_.clear();
 }
 
-void Shot::replay() {
-  wants_reports_ = replays_ = true;
-  calls_ = 0;
-  reports_.clear();
-  guards_.clear();
-}
-
-void Shot::finish() {
-  arcs_.resize(recorded_);
-  ends_.resize(calls_);
-}
+void Shot::finish() { arcs_.resize(recorded_); }
 
 ArcEnd Shot::arc(const ArcStart& start) {
-  if (replays_) return ends_.at(calls_++);
-  place_ = {calls_, 0};
-  ArcEnd end = sketch_ ? sketched(start) : travel(start);
-  if (calls_ == ends_.size()) ends_.emplace_back();
-  ends_[calls_++] = end;
-  return end;
-}
-
-/// Along one arc, segment by segment.
-ArcEnd Shot::travel(const ArcStart& start) {
+  place_ = {calls_++, 0};
+  if (sketch_) return sketched(start);
   try {
     if (cuts_ == nullptr || place_.call >= cuts_->size() || (*cuts_)[place_.call].empty()) return integrate(start);
     ArcStart segment = start;
@@ -216,49 +205,59 @@ ArcEnd Shot::sketched(const ArcStart& start) {
   return end;
 }
 
+/// f and q at the values of an arc, which are `stride` apart.
+void Shot::rates(double t, const ArcStart& start, const double* state, std::size_t stride, double* result) const {
+  const auto n = static_cast<std::size_t>(start.field->states()), k = static_cast<std::size_t>(start.field->quadratures());
+  ShortVector<double, 16> z, p;
+  for (std::size_t i = 0; i < n; ++i) z.push_back(state[i * stride]);
+  for (const Jet& parameter : start.parameter) p.push_back(parameter.value);
+  if (!start.field->variation(t, {z.data(), n}, {p.data(), p.size()}, 0, {result, n + k})) {
+    throw LeftDomain(fmt::format("the right-hand side is not finite at t = {:.6g}", t));
+  }
+}
+
+/// A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so a start time that moves z₀ by −f(z₀) need not move.
+ArcStart Shot::moved(const ArcStart& start) const {
+  ArcStart from = start;
+  ShortVector<double, 16> z, rate(start.state.size() + start.quadrature.size());
+  for (const Jet& value : start.state) z.push_back(value.value);
+  rates(start.t0.value, start, z.data(), 1, rate.data());
+  const double* next = rate.data();
+  for (Jets* jets : {&from.state, &from.quadrature}) {
+    for (Jet& jet : *jets) jet = Jet::chain(jet, start.t0, jet.value, 1.0, -*next++);
+  }
+  from.t0 = start.t0.value;
+  return from;
+}
+
 ArcEnd Shot::integrate(const ArcStart& start) {
+  if (!start.t0.gradient().empty()) return integrate(moved(start));
   const Field& field = *start.field;
-  const double t0 = start.t0.value, t1 = start.t1.value;
   const auto n = static_cast<std::size_t>(field.states()), k = static_cast<std::size_t>(field.quadratures());
-  auto& [columns, state_numbers, parameter_numbers, rates] = scratch_;
-  rates.resize(n + k);
-  const auto rates_at = [&](double t, std::size_t stride, const double* state) {
-    ShortVector<double, 16> z, p;
-    for (std::size_t i = 0; i < n; ++i) z.push_back(state[i * stride]);
-    for (const Jet& parameter : start.parameter) p.push_back(parameter.value);
-    if (!field.variation(t, {z.data(), n}, {p.data(), p.size()}, 0, rates)) throw_not_finite(t);
-  };
-  // A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so the start time moves z₀ by −f(z₀).
-  Jets moved_state, quadrature = start.quadrature;
-  const bool moves = !start.t0.gradient().empty();
-  if (moves) {
-    moved_state = start.state;
-    ShortVector<double, 16> z;
-    for (const Jet& value : start.state) z.push_back(value.value);
-    rates_at(t0, 1, z.data());
-    for (std::size_t i = 0; i < n; ++i) moved_state[i] = Jet::chain(moved_state[i], start.t0, z[i], 1.0, -rates[i]);
-    for (std::size_t i = 0; i < k; ++i) {
-      quadrature[i] = Jet::chain(quadrature[i], start.t0, quadrature[i].value, 1.0, -rates[n + i]);
+  const Seeding seeding(start.state, start.parameter, scratch_.columns);
+  const std::size_t stride = 1 + seeding.count(), numbers = (n + k) * stride;
+  if (!replays_) {
+    seeding.lift(scratch_.state, scratch_.parameter);
+    const auto end = (*flows_)[field].advance(start.t0.value, start.t1.value, scratch_.state, scratch_.parameter,
+                                              static_cast<int>(seeding.count()));
+    reached_.resize(next_reached_ + numbers + n + k);
+    std::copy(end.begin(), end.end(), reached_.data() + next_reached_);
+    if (!start.t1.gradient().empty()) {
+      rates(start.t1.value, start, end.data(), stride, reached_.data() + next_reached_ + numbers);
     }
   }
-  const Seeding seeding(moves ? moved_state : start.state, start.parameter, columns);
-  seeding.lift(state_numbers, parameter_numbers);
-  const std::size_t stride = 1 + seeding.count();
-  const std::span<const double> reached = (*flows_)[field].advance(t0, t1, state_numbers, parameter_numbers,
-                                                                   static_cast<int>(seeding.count()));
-  const bool ends_move = !start.t1.gradient().empty();
-  if (ends_move) rates_at(t1, stride, reached.data());
+  const double *reached = reached_.data() + next_reached_, *rate = reached + numbers;
+  next_reached_ += numbers + n + k;
   ArcEnd end;
-  for (std::size_t i = 0; i < n; ++i) end.state.push_back(seeding.jet(&reached[i * stride], start.t1, rates[i]));
-  for (std::size_t i = 0; i < k; ++i) {
-    end.quadrature.push_back(quadrature[i] + seeding.jet(&reached[(n + i) * stride], start.t1, rates[n + i]));
+  for (std::size_t i = 0; i < n; ++i, reached += stride) end.state.push_back(seeding.jet(reached, start.t1, *rate++));
+  for (std::size_t i = 0; i < k; ++i, reached += stride) {
+    end.quadrature.push_back(start.quadrature[i] + seeding.jet(reached, start.t1, *rate++));
   }
   values(end.state, record(start).end_state);
   return end;
 }
 
 void Shot::complete(std::span<const double> origin, std::span<const double> constants, double time_unit) {
-  if (replays_) return;
   for (std::size_t arc = 0; arc < recorded_; ++arc) {
     ArcRecord& record = arcs_[arc];
     record.constants.assign(constants.begin(), constants.end());

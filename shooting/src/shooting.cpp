@@ -66,6 +66,7 @@ void Shooting::set_mesh(const Mesh& mesh) {
     throw BadInput(fmt::format("{} cuts with {} nodes of together {} values are given {} values", cuts, mesh.sizes.size(),
                                total, mesh.nodes.size()));
   }
+  if (cuts == 0 && node_sizes_.empty()) return;
   cuts_ = mesh.cuts;
   node_sizes_ = mesh.sizes;
   node_scales_.resize(total);

@@ -44,6 +44,8 @@ struct Statistics {
   long error_test_failures = 0;
   long exhausted = 0;  ///< integrations that ended at max_steps
   Statistics& operator+=(const Statistics& other);
+  Statistics& operator-=(const Statistics& other);
+  friend Statistics operator-(Statistics a, const Statistics& b) { return a -= b; }
 };
 
 /// Where an arc ends.

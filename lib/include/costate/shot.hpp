@@ -158,18 +158,20 @@ class Shot {
   [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
 
  private:
-  /// Numbers of an integration, each followed by its derivatives.
+  /// Numbers that integrations start from, each followed by its derivatives.
   struct Scratch {
     std::vector<int> columns;
-    std::vector<double> state, parameter, rates;
+    std::vector<double> state, parameter;
   };
 
-  ArcEnd travel(const ArcStart& start);
   ArcEnd integrate(const ArcStart& start);
+  [[nodiscard]] ArcStart moved(const ArcStart& start) const;
   ArcEnd sketched(const ArcStart& start);
   /// The values of the next node, `count` of them.
   Jets node(std::size_t count);
   ArcRecord& record(const ArcStart& start);
+  void begin();
+  void rates(double t, const ArcStart& start, const double* state, std::size_t stride, double* result) const;
 
   FlowCache* flows_;
   const Cuts* cuts_ = nullptr;
@@ -183,7 +185,8 @@ class Shot {
   std::vector<Report> reports_;
   std::vector<Guard> guards_;
   std::vector<ArcRecord> arcs_;
-  std::vector<ArcEnd> ends_;  ///< by call of arc()
+  std::vector<double> reached_;  ///< numbers that integrations end with, one integration after the other
+  std::size_t next_reached_ = 0;
   Scratch scratch_;
 };
 
