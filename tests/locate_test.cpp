@@ -79,8 +79,6 @@ TEST_P(EveryEngine, AgreesWithClosedForms) {
   const Located root = locate(shooting, Eigen::VectorXd::Constant(1, 0.0), options(1e-9));
   ASSERT_TRUE(root.converged());
   EXPECT_NEAR(root.y[0], oscillator.v0(), 1e-9 * std::max(1.0, std::abs(oscillator.v0())));
-  // The equation is linear: the second correction, by the Jacobian known, is the last.
-  EXPECT_LE(root.iterations, 3);
 }
 
 // From the second root on: the first of a size may allocate.

@@ -13,49 +13,57 @@ namespace costate {
 
 namespace {
 
-/// The last few points of a curve, and where polynomials through them lead.
+/// The last few points of a curve, and where polynomials through them lead: Newton's form by divided differences, the newest point first.
 class Extrapolation {
  public:
   explicit Extrapolation(std::size_t most) : most_(most) {}
 
   void add(double at, const Eigen::VectorXd& value) {
-    const std::size_t next = count_++ % most_;
-    at_[next] = at;
-    values_[next] = value;
+    difference_ = value;
+    if (differences_.rows() != value.size()) differences_.resize(value.size(), static_cast<Eigen::Index>(most_));
+    count_ = std::min(count_ + 1, most_);
+    double place = at;
+    for (std::size_t k = 0; k < count_; ++k) {
+      // f[x, x₀ … xₖ₋₁] takes the place of f[x₀ … xₖ], from which the next one is made.
+      std::swap(at_[k], place);
+      double* old = differences_.col(static_cast<Eigen::Index>(k)).data();
+      const double inverse = k + 1 < count_ ? 1.0 / (at - place) : 0.0;
+      for (Eigen::Index i = 0; i < difference_.size(); ++i) {
+        const double before = std::exchange(old[i], difference_[i]);
+        difference_[i] = inverse * (difference_[i] - before);
+      }
+    }
   }
   void clear() { count_ = 0; }
   [[nodiscard]] std::size_t count() const { return count_; }
 
-  /// The value at a place: through as many of the last points as change it least (Neville's scheme, one point more at a time).
-  /// \pre there is a point
+  /// The value at a place, by the polynomial of the degree whose last term is least. \pre there is a point
   const Eigen::VectorXd& operator()(double at) {
-    best_ = last_ = values_[slot(0)];
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < std::min(count_, most_); ++k) {
-      // After this, table_[j] is the value at the place of the polynomial through points j, …, k, the last point being 0.
-      table_[k] = values_[slot(k)];
-      for (std::size_t j = k; j-- > 0;) {
-        const double weight = (at - at_[slot(j)]) / (at_[slot(k)] - at_[slot(j)]);
-        table_[j] += weight * (table_[j + 1] - table_[j]);
+    best_ = sum_ = differences_.col(0);
+    double least = std::numeric_limits<double>::infinity(), product = 1.0;
+    for (std::size_t k = 1; k < count_; ++k) {
+      product *= at - at_[k - 1];
+      const double* difference = differences_.col(static_cast<Eigen::Index>(k)).data();
+      double largest = 0.0;
+      for (Eigen::Index i = 0; i < sum_.size(); ++i) {
+        const double term = product * difference[i];
+        sum_[i] += term;
+        largest = std::max(largest, std::abs(term));
       }
-      if (k == 0) continue;
-      const double change = (table_[0] - last_).cwiseAbs().maxCoeff();
-      last_ = table_[0];
-      if (!(change < least)) continue;
-      least = change;
-      best_ = last_;
+      if (!(largest < least)) continue;
+      least = largest;
+      best_ = sum_;
     }
     return best_;
   }
 
  private:
   static constexpr std::size_t room = 8;
-  [[nodiscard]] std::size_t slot(std::size_t back) const { return (count_ - 1 - back) % most_; }
 
   std::size_t most_;  ///< points kept, at most the room there is
   std::array<double, room> at_{};
-  std::array<Eigen::VectorXd, room> values_, table_;
-  Eigen::VectorXd best_, last_;
+  Eigen::MatrixXd differences_;  ///< f[x₀ … xₖ] in column k
+  Eigen::VectorXd difference_, sum_, best_;
   std::size_t count_ = 0;
 };
 
@@ -140,7 +148,8 @@ class Pursuit {
           break;
         }
         previous = root.correction;
-        exact = !exact && rate > slowest;
+        constexpr double long_step = 1e-4;  // after which another one by the same Jacobian would gain little
+        exact = exact ? root.correction > long_step : rate > slowest;
       }
     } catch (const LeftDomain& left) {
       root.termination = Termination::left_domain;
