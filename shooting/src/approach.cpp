@@ -4,7 +4,6 @@
 #include "newton.hpp"
 
 #include <costate/error.hpp>
-#include <costate/shooting/locate.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -100,29 +99,10 @@ bool Approach::cut_along(const Start& start, Eigen::VectorXd& point) {
   return !shooting_.cuts().empty();
 }
 
-/// A root as close as one step at the solve's own tolerance needs it.
-bool Approach::located(Eigen::VectorXd& point) {
-  if (!options_.line_search) return false;
-  constexpr double farthest = 1e-3;
-  const FlowOptions flow = shooting_.flow_options();
-  const Located root = locate(shooting_, point,
-                              {.accuracy = std::min(farthest, std::sqrt(tolerance_per_accuracy * options_.accuracy)),
-                               .method = options_.method,
-                               .max_steps = flow.max_steps,
-                               .longest_step = flow.longest_step,
-                               .max_iterations = options_.max_iterations,
-                               .max_step = options_.max_step});
-  shooting_.set_flow_options(flow);
-  cost_.newton_iterations += root.iterations;
-  if (root.converged()) point = root.y;
-  return root.converged();
-}
-
 /// Single shooting. Where all a caller gives is unknowns it may have others, and wants to know soon that these do not do.
 bool Approach::whole(const Start& start, Eigen::VectorXd& point) {
   shooting_.set_mesh({});
   point = start.unknowns;
-  if (effort_ == Effort::full && located(point)) return true;
   if (effort_ == Effort::full && near_root(kinsol(shooting_, point, options_, cost_).termination)) return true;
   point = start.unknowns;
   return (effort_ != Effort::full || knows_states(start)) && globalise(point, 1);

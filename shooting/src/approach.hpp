@@ -8,9 +8,6 @@
 
 namespace costate {
 
-/// Tolerance of a solve's integrations for an accuracy.
-inline constexpr double tolerance_per_accuracy = 1e-3;
-
 /// Flow options of a solve at a tolerance.
 [[nodiscard]] FlowOptions flow_options(const SolveOptions& options, double tolerance);
 
@@ -44,7 +41,6 @@ class Approach {
   [[nodiscard]] bool knows_states(const Start& start) const;
   [[nodiscard]] bool stays_whole(const Start& start);
   bool cut_along(const Start& start, Eigen::VectorXd& point);
-  bool located(Eigen::VectorXd& point);
   bool whole(const Start& start, Eigen::VectorXd& point);
   bool globalise(Eigen::VectorXd& point, int rounds);
   bool follow_homotopy(const Start& start, Eigen::VectorXd& point);

@@ -18,6 +18,7 @@ namespace {
 
 constexpr double tightest_solve = 2e-14;   // below this the multistep formulas only add rounding
 constexpr double tightest_verify = 1e-15;  // the least relative tolerance CVODES takes
+constexpr double tolerance_per_accuracy = 1e-3;
 constexpr double verify_factor = 0.02;
 constexpr double closer_look = 0.37;  // steps of the second opinion, in those of the first: not a simple fraction of them
 constexpr long glance_steps = 20000;  // some ten integrations of a few arcs or segments
