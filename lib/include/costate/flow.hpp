@@ -19,6 +19,7 @@ namespace costate {
 struct Tolerance {
   double relative = 1e-10;
   double absolute = 1e-12;
+  bool operator==(const Tolerance&) const = default;
 };
 
 /// A linear multistep method of CVODES: Adams–Moulton, orders 1–12 with fixed-point iteration (non-stiff), or BDF, orders 1–5 with
@@ -33,6 +34,7 @@ struct FlowOptions {
   /// Longest step, as a share of the arc; 0: any. Error control knows of a right-hand side what it samples: a step across a short load
   /// sees nothing of it. A step of the Runge–Kutta method samples it at ten places and may be eight times as long.
   double longest_step = 0.0;
+  bool operator==(const FlowOptions&) const = default;
 };
 
 /// What integrations have cost.
@@ -44,6 +46,8 @@ struct Statistics {
   long error_test_failures = 0;
   long exhausted = 0;  ///< integrations that ended at max_steps
   Statistics& operator+=(const Statistics& other);
+  Statistics& operator-=(const Statistics& other);
+  friend Statistics operator-(Statistics a, const Statistics& b) { return a -= b; }
 };
 
 /// Where an arc ends.
