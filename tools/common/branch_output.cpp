@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace costate::tools {
 
@@ -97,6 +98,7 @@ ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome) {
   return {{"schema", "costate-branch/1"},
           {"model", heading.model},
           {"scene", std::move(values)},
+          {"engine", engine_name(scene.options.method)},
           {"vary",
            {{"name", scene.variation.name},
             {"unit", scene.variation.unit},

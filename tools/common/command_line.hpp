@@ -2,11 +2,20 @@
 /// The command line every tool shares: scene flags with ranges and units, accuracy, output.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <costate/flow.hpp>
+
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+// CLI11 stays in the sources: it costs every file that sees it seconds of compilation.
+namespace CLI {
+class App;
+class Option;
+class ParseError;
+}  // namespace CLI
 
 namespace costate::tools {
 
@@ -36,10 +45,16 @@ struct Variation {
   std::function<void(double)> store;   ///< sets the number in the scene
 };
 
+/// The word of --engine for a method.
+[[nodiscard]] const char* engine_name(Method method);
+
 /// A tool's command line. Numbers are read as text and checked after all flags are known, so that every message is ours.
 class CommandLine {
  public:
   CommandLine(const std::string& tool, const std::string& description);
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+  ~CommandLine();
 
   /// A number with a default, which `help` need not repeat.
   void number(const std::string& flag, double& target, const Range& range, const std::string& help);
@@ -53,9 +68,9 @@ class CommandLine {
   /// A switch.
   void toggle(const std::string& flag, bool& target, const std::string& help);
   /// Text after the list of flags in --help.
-  void footer(const std::string& text) { app_.footer(text); }
+  void footer(const std::string& text);
 
-  /// Adds --accuracy, --json, --csv and --quiet.
+  /// Adds --accuracy, --engine, --json, --csv and --quiet.
   void solver_flags();
   /// Adds --vary and --at, for the numbers given so far.
   void variation_flags();
@@ -64,6 +79,9 @@ class CommandLine {
 
   /// Reads the arguments. Returns the exit status if the tool is done (help, version, bad input), nothing if it should go on.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv);
+
+  /// What --engine stands for.
+  [[nodiscard]] Method method() const;
 
   double accuracy = 1e-8;
   bool json = false;
@@ -86,13 +104,17 @@ class CommandLine {
     std::string* target;
     std::vector<std::string> words;
   };
+  /// An option whose text is kept as it is given. `type` is how --help names its value.
+  CLI::Option* text(const std::string& flag, std::string& target, const std::string& help, const std::string& type);
+  [[nodiscard]] static bool given(const CLI::Option* option);
   Number& add(const std::string& flag, const Range& range, const std::string& help);
   void store_numbers();
   void read_variation();
   void check_choices() const;
   [[nodiscard]] std::string explain(const CLI::ParseError& error) const;
 
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
+  std::string engine_ = engine_name(Method::adams);
   CLI::Option* csv_option_ = nullptr;
   std::string vary_, at_;
   CLI::Option *vary_option_ = nullptr, *at_option_ = nullptr;
