@@ -18,6 +18,16 @@ Statistics& Statistics::operator+=(const Statistics& other) {
   return *this;
 }
 
+Statistics& Statistics::operator-=(const Statistics& other) {
+  integrations -= other.integrations;
+  steps -= other.steps;
+  rhs_evaluations -= other.rhs_evaluations;
+  sensitivity_evaluations -= other.sensitivity_evaluations;
+  error_test_failures -= other.error_test_failures;
+  exhausted -= other.exhausted;
+  return *this;
+}
+
 Flow::Flow(const Field& field, FlowOptions options) : field_(&field), options_(options) {}
 Flow::~Flow() = default;
 Flow::Flow(Flow&&) noexcept = default;

@@ -19,12 +19,21 @@ namespace costate {
 struct Tolerance {
   double relative = 1e-10;
   double absolute = 1e-12;
+  bool operator==(const Tolerance&) const = default;
 };
 
 /// A linear multistep method of CVODES: Adams–Moulton, orders 1–12 with fixed-point iteration (non-stiff), or BDF, orders 1–5 with
 /// Newton's method and the exact Jacobian (stiff). Or a one-step method: the Runge–Kutta pair of orders 8 and 7 by J. H. Verner
 /// (Numer. Algorithms 53 (2010) 383–396; 13 stages), which costs least where the field is smooth and not stiff.
 enum class Method { adams, bdf, runge_kutta };
+
+/// How CVODES integrates the variational equations. All three keep the state and each direction under the same error control: the
+/// largest of their weighted root mean square norms.
+enum class Sensitivities {
+  augmented,     ///< state and directions are one system, corrected together; its Newton matrix is that of the state alone
+  simultaneous,  ///< CVODES' forward sensitivities, corrected together with the state (Maly & Petzold, 1996)
+  staggered      ///< CVODES' forward sensitivities, corrected after the state (Feehery, Tolsma & Barton, 1997)
+};
 
 struct FlowOptions {
   Tolerance tolerance;
@@ -33,6 +42,8 @@ struct FlowOptions {
   /// Longest step, as a share of the arc; 0: any. Error control knows of a right-hand side what it samples: a step across a short load
   /// sees nothing of it. A step of the Runge–Kutta method samples it at ten places and may be eight times as long.
   double longest_step = 0.0;
+  Sensitivities sensitivities = Sensitivities::augmented;  ///< costs least of the three, see tests/bench; of no effect elsewhere
+  bool operator==(const FlowOptions&) const = default;
 };
 
 /// What integrations have cost.
@@ -44,6 +55,8 @@ struct Statistics {
   long error_test_failures = 0;
   long exhausted = 0;  ///< integrations that ended at max_steps
   Statistics& operator+=(const Statistics& other);
+  Statistics& operator-=(const Statistics& other);
+  friend Statistics operator-(Statistics a, const Statistics& b) { return a -= b; }
 };
 
 /// Where an arc ends.
