@@ -81,8 +81,6 @@ NonlinearSolver make_fixed_point(CVRhsFn rates, SUNContext context) {
   return solver;
 }
 
-void set_adams_controls(void* cvodes) { check(CVodeSetEtaFixedStepBounds(cvodes, 0.0, 1.2), "CVodeSetEtaFixedStepBounds"); }
-
 NewtonMatrix::NewtonMatrix(int states, int rows, SUNContext context)
     : rows_(rows),
       jacobian_(states, states),

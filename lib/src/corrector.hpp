@@ -14,11 +14,6 @@ namespace costate::sundials {
 /// It calls `rates` itself, with the user data of CVODES, so CVodeGetNumRhsEvals does not count those calls.
 [[nodiscard]] NonlinearSolver make_fixed_point(CVRhsFn rates, SUNContext context);
 
-/// Adams' method lengthens its step where one 1.2 times as long will do (default 1.5): by measurement a tenth to a fifth fewer steps at the
-/// same true error. The test of convergence stays at a tenth of the tolerance. A laxer one saves a third of the right-hand sides on
-/// short arcs but costs stability: half as many steps again on long ones, and up to ten times as many on stiff ones.
-void set_adams_controls(void* cvodes);
-
 /// M = I − γ f_z with its factors, for Newton's method. To CVODES it is an opaque matrix with a direct solver.
 ///
 /// A vector holds rows of z and of w, each number followed by derivatives (see make_vector). M is applied to every column of z, so

@@ -94,7 +94,9 @@ class Cvodes final : public Integrator {
   };
 
   void begin(const InitialValue& start, const FlowOptions& options) {
-    if (memory_ == nullptr || (d_ > 0 && options.sensitivities != sensitivities_)) create(start.t0, options.sensitivities);
+    const auto way = options.sensitivities.value_or(method_ == Method::adams ? Sensitivities::augmented
+                                                                             : Sensitivities::simultaneous);
+    if (memory_ == nullptr || (d_ > 0 && way != sensitivities_)) create(start.t0, way);
     parameter_.assign(start.parameter.begin(), start.parameter.end());
     for (std::size_t i = 0; i < plain_parameter_.size(); ++i)
       plain_parameter_[i] = parameter_[i * static_cast<std::size_t>(1 + d_)];
@@ -140,7 +142,6 @@ class Cvodes final : public Integrator {
     }
     check(CVodeWFtolerances(memory, weights), "CVodeWFtolerances");
     if (adams) {
-      sundials::set_adams_controls(memory);
       // CVODES initialises the solver without sensitivities too, whether it will be used or not.
       nonlinear_ = sundials::make_fixed_point(rates, context_.get());
       check(CVodeSetNonlinearSolver(memory, nonlinear_.get()), "CVodeSetNonlinearSolver");

@@ -157,7 +157,9 @@ double rms_norm(N_Vector x, N_Vector w) {
   double largest = 0.0;
   switch (columns) {
     case 1: largest = largest_square<1>(from, weight, rows, 1); break;
+    case 2: largest = largest_square<2>(from, weight, rows, 2); break;
     case 3: largest = largest_square<3>(from, weight, rows, 3); break;
+    case 4: largest = largest_square<4>(from, weight, rows, 4); break;
     case 5: largest = largest_square<5>(from, weight, rows, 5); break;
     default:
       for (sunindextype j = 0; j < columns; ++j) {

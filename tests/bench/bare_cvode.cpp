@@ -39,7 +39,6 @@ struct BareCvode::Memory {
     check(CVodeInit(cvode, rates, 0.0, y.get()), "CVodeInit");
     check(CVodeSetUserData(cvode, this), "CVodeSetUserData");
     check(CVodeWFtolerances(cvode, weights), "CVodeWFtolerances");
-    sundials::set_adams_controls(cvode);
     solver = sundials::make_fixed_point(rates, context.get());
     check(CVodeSetNonlinearSolver(cvode, solver.get()), "CVodeSetNonlinearSolver");
     check(CVodeSetMaxNumSteps(cvode, 20000), "CVodeSetMaxNumSteps");
