@@ -118,6 +118,26 @@ TEST_P(EveryEngine, FollowsAParameter) {
   EXPECT_LT(integrations, 2 * std::ssize(roots));
 }
 
+TEST(Shooting, ReportsAreMadeWithoutAnotherIntegration) {
+  Shooting shooting(limited_disk()), other(limited_disk());
+  const Eigen::VectorXd y = rough_start(true);
+  EXPECT_TRUE(shooting.evaluate(y, {}, Extent::equations).reports().empty());
+  const Eigen::VectorXd rows = shooting.residual(shooting.evaluate(y, {}, Extent::equations));
+  const long integrations = shooting.statistics().integrations;
+  const Shot& later = shooting.evaluate(y);
+  const Shot& at_once = other.evaluate(y);
+  EXPECT_EQ(shooting.statistics().integrations, integrations);
+  EXPECT_EQ(shooting.residual(later), rows);
+  ASSERT_EQ(later.reports().size(), at_once.reports().size());
+  for (std::size_t i = 0; i < later.reports().size(); ++i) {
+    EXPECT_EQ(later.reports()[i].name, at_once.reports()[i].name);
+    EXPECT_EQ(later.reports()[i].value.value, at_once.reports()[i].value.value);
+  }
+  ASSERT_EQ(later.guards().size(), at_once.guards().size());
+  ASSERT_EQ(later.arcs().size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(later.arcs()[i].quadrature, at_once.arcs()[i].quadrature);
+}
+
 small::Equations equations(std::vector<Unknown> unknowns, small::Equations::RowsOf rows) {
   std::vector<Row> names(unknowns.size(), Row{"row"});
   return {std::move(unknowns), std::move(names), std::move(rows)};
