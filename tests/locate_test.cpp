@@ -15,7 +15,7 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
-// Every allocation by new, and by the containers that stand on it, is counted. Eigen's vectors use malloc.
+// Every allocation by new, and by the containers that stand on it, is counted. Not what goes to malloc: Eigen's vectors, and CVODES' own.
 void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
