@@ -56,7 +56,7 @@ struct Dop853Coefficients {
                      e11 = S(0.8192320648511571246570742613e-1L), e12 = S(-0.2235530786388629525884427845e-1L);
 };
 
-/// y(T) of the autonomous y' = f(y), y(0) = y₀, N numbers, of which the first M are under error control and end up in y. Allocates
+/// y(T) of the autonomous y' = f(y), y(0) = y₀, N numbers. Allocates
 /// nothing. What is left of an interval is shared equally by the last steps, and an integration begins with the step that would have
 /// suited the start of the last one, scaled for the tolerance.
 template <std::size_t N, class S = double>
@@ -66,7 +66,7 @@ class Dop853 {
 
   long steps = 0, evaluations = 0;
 
-  /// The last rates that were evaluated are those of a stage, not of the end. Errors of a step are kept below tolerance·(1 + |yᵢ|) in the
+  /// Errors of a step are kept below tolerance·(1 + |yᵢ|) in the
   /// root mean square. Returns whether the end was reached, within 1000 steps.
   template <class F>
   bool integrate(const F& f, S duration, Vector& y, S tolerance) {
@@ -104,10 +104,17 @@ class Dop853 {
     }
     return false;
   }
-  /// Forgets the first step.
-  void reset() { first_ = S(0); }
+  /// Takes the first step from another's last integration.
+  template <std::size_t M>
+  void begin_like(const Dop853<M, S>& other) {
+    first_ = other.first_;
+    first_tolerance_ = other.first_tolerance_;
+  }
 
  private:
+  template <std::size_t, class>
+  friend class Dop853;
+
   static S eighth_root(S x) { return std::sqrt(std::sqrt(std::sqrt(x))); }
 
   /// II.4: a step for which the first derivative, and the second from an explicit Euler step, change little.

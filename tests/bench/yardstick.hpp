@@ -51,7 +51,8 @@ struct DiskArc {
   /// Rows of the end, and the places of their numbers in the state.
   static constexpr std::size_t rows[3] = {0, 2, 3};
   [[nodiscard]] std::array<S, 3> targets() const { return {std::numbers::pi_v<S> / 2, end[0], end[1]}; }
-  [[nodiscard]] std::array<S, 4> end_rates(const std::array<S, size>& y) const {
+  template <std::size_t N>
+  [[nodiscard]] std::array<S, 4> state_rates(const std::array<S, N>& y) const {
     using std::cos, std::sin;
     const S s = sin(y[0]), c = cos(y[0]), A = lambda_x * c + lambda_y * s;
     return {y[1], -A * (lambda_y * c - lambda_x * s), A * c, A * s};
@@ -109,7 +110,8 @@ struct BeadFlight {
   }
   static constexpr std::size_t rows[3] = {1, 2, 3};
   [[nodiscard]] std::array<S, 3> targets() const { return {S(0), end[0], end[1]}; }
-  [[nodiscard]] std::array<S, 4> end_rates(const std::array<S, size>& y) const {
+  template <std::size_t N>
+  [[nodiscard]] std::array<S, 4> state_rates(const std::array<S, N>& y) const {
     const S v = y[0], l = y[1], K = v * (beta * v * v - mu), r = S(1) / (S(1) - l * K);
     const S c = v * lambda_x * r, s = (v * lambda_y - gravity * l) * r;
     return {K - gravity * s, -(lambda_x * c + lambda_y * s) - l * (S(3) * beta * v * v - mu), v * c, v * s};
@@ -147,6 +149,7 @@ struct Ladder {
   S loosest = S(0.1L);  ///< of the first
   S share = S(100.0L);  ///< tolerance over δ⁴: the method's errors are some orders below its tolerances
   S enough = S(1.0L);   ///< Newton's method ends where δ² < enough · finest
+  bool chord = true;    ///< the last correction may be by the Jacobian of the point before, from the state alone
   [[nodiscard]] S next(S correction) const {
     const S square = correction * correction;
     return std::clamp(share * square * square, finest, loosest);
@@ -163,42 +166,60 @@ class OneArc {
     Root<S, 3> root{.unknowns = start};
     auto& u = root.unknowns;
     integrator_ = {};
+    state_ = {};
     S tolerance = ladder.loosest;
+    S size = 0;
+    std::array<std::array<S, 3>, 3> jacobian{};
     for (root.iterations = 1; root.iterations <= 20; ++root.iterations) {
       arc_.lambda_x = u[1];
       arc_.lambda_y = u[2];
       std::array<S, Arc::size> y;
-      if (!arc_.start(y) || !integrator_.integrate(arc_, u[0], y, tolerance)) break;
-      const auto rates = arc_.end_rates(y);
+      if (!arc_.start(y)) break;
+      // A correction by the Jacobian of the last point leaves about δ³.
+      const bool chord = ladder.chord && root.iterations > 1 && size * size * size < ladder.enough * ladder.finest;
+      if (chord) tolerance = ladder.finest;
+      if (!(chord ? state_alone(u[0], y, tolerance) : integrator_.integrate(arc_, u[0], y, tolerance))) break;
       const auto targets = arc_.targets();
-      std::array<std::array<S, 3>, 3> jacobian;
       std::array<S, 3> residual;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t place = Arc::rows[i];
-        residual[i] = y[place] - targets[i];
-        jacobian[i] = {rates[place], y[4 + 2 * place], y[5 + 2 * place]};
+      for (std::size_t i = 0; i < 3; ++i) residual[i] = y[Arc::rows[i]] - targets[i];
+      if (!chord) {
+        const auto rates = arc_.state_rates(y);
+        for (std::size_t i = 0; i < 3; ++i) {
+          const std::size_t place = Arc::rows[i];
+          jacobian[i] = {rates[place], y[4 + 2 * place], y[5 + 2 * place]};
+        }
       }
       const auto correction = solve3(jacobian, residual);
-      S size = 0;
+      size = 0;
       for (std::size_t i = 0; i < 3; ++i) {
         u[i] -= correction[i];
         size = std::max(size, std::abs(correction[i]));
       }
       if (!(size < S(1e3))) break;
-      if (tolerance == ladder.finest && size * size < ladder.enough * ladder.finest) {
+      if (chord || (tolerance == ladder.finest && size * size < ladder.enough * ladder.finest)) {
         root.found = true;
         break;
       }
       tolerance = ladder.next(size);
     }
-    root.steps = integrator_.steps;
-    root.evaluations = integrator_.evaluations;
+    root.steps = integrator_.steps + state_.steps;
+    root.evaluations = integrator_.evaluations + state_.evaluations;
     return root;
   }
 
  private:
+  bool state_alone(S duration, std::array<S, Arc::size>& y, S tolerance) {
+    std::array<S, 4> state{y[0], y[1], y[2], y[3]};
+    const auto rates = [arc = arc_](const std::array<S, 4>& at, std::array<S, 4>& rate) { rate = arc.state_rates(at); };
+    state_.begin_like(integrator_);
+    const bool arrived = state_.integrate(rates, duration, state, tolerance);
+    std::copy(state.begin(), state.end(), y.begin());
+    return arrived;
+  }
+
   Arc arc_;
   Dop853<Arc::size, S> integrator_;
+  Dop853<4, S> state_;
 };
 
 }  // namespace costate::bench
