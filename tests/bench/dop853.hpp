@@ -74,14 +74,17 @@ class Dop853 {
     ++evaluations;
     S h = first_ > S(0) ? first_ * eighth_root(tolerance / first_tolerance_) : first_step(f, y, tolerance);
     S left = duration;
+    taken_ = 0;
+    duration_ = duration;
     bool first = true, rejected = false;
     for (int count = 0; count < 1000; ++count) {
-      // A step may be a tenth longer than it should if that saves one.
+      // A step may be a twentieth longer than it should if that saves one.
       const S shares = std::ceil(left / h * S(0.95));
       const bool last = !(shares > S(1));
       h = last ? left : left / shares;
-      const S error = step(f, h, y, tolerance);
+      step(f, h, y);
       ++steps;
+      const S error = this->error(h, y, tolerance);
       const S factor = error > S(0) ? std::clamp(S(0.9) / eighth_root(error), S(1) / 3, S(6)) : S(6);
       if (!(error <= S(1))) {
         if (!(error < S(1e30))) return false;
@@ -95,6 +98,8 @@ class Dop853 {
         first = false;
       }
       y = next_;
+      if (taken_ < most_taken) lengths_[taken_] = h;
+      ++taken_;
       if (last) return true;
       left -= h;
       f(y, k1_);
@@ -103,6 +108,21 @@ class Dop853 {
       rejected = false;
     }
     return false;
+  }
+  /// The same with the steps of the last integration, stretched to this duration, and no error control: a perturbed solution whose
+  /// difference from the last one is smooth.
+  template <class F>
+  bool repeat(const F& f, S duration, Vector& y) {
+    if (taken_ > most_taken) return false;
+    const S stretch = duration / duration_;
+    for (std::size_t i = 0; i < taken_; ++i) {
+      f(y, k1_);
+      step(f, stretch * lengths_[i], y);
+      y = next_;
+    }
+    evaluations += static_cast<long>(taken_);
+    steps += static_cast<long>(taken_);
+    return true;
   }
   /// Takes the first step from another's last integration.
   template <std::size_t M>
@@ -140,9 +160,9 @@ class Dop853 {
     return std::min(S(100) * h0, h1);
   }
 
-  /// One step of length h from y, whose rates are k1_: next_, and the size of its error in tolerances.
+  /// One step of length h from y, whose rates are k1_: next_.
   template <class F>
-  S step(F f, S h, const Vector& y, S tolerance) {
+  void step(F f, S h, const Vector& y) {
     using C = Dop853Coefficients<S>;
     const auto stage = [&](Vector& k, auto slope) {
       for (std::size_t i = 0; i < N; ++i) next_[i] = y[i] + h * slope(i);
@@ -173,11 +193,19 @@ class Dop853 {
              C::a12_8 * k8_[i] + C::a12_9 * k9_[i] + C::a12_10 * k10_[i] + C::a12_11 * k11_[i];
     });
     evaluations += 11;
+    for (std::size_t i = 0; i < N; ++i) {
+      next_[i] = y[i] + h * (C::b1 * k1_[i] + C::b6 * k6_[i] + C::b7 * k7_[i] + C::b8 * k8_[i] + C::b9 * k9_[i] +
+                             C::b10 * k10_[i] + C::b11 * k11_[i] + C::b12 * k12_[i]);
+    }
+  }
+
+  /// The error of the last step, h from y to next_, in tolerances.
+  S error(S h, const Vector& y, S tolerance) const {
+    using C = Dop853Coefficients<S>;
     S fifth = 0, third = 0;
     for (std::size_t i = 0; i < N; ++i) {
       const S slope = C::b1 * k1_[i] + C::b6 * k6_[i] + C::b7 * k7_[i] + C::b8 * k8_[i] + C::b9 * k9_[i] + C::b10 * k10_[i] +
                       C::b11 * k11_[i] + C::b12 * k12_[i];
-      next_[i] = y[i] + h * slope;
       const S weight = S(1) / (S(1) + std::max(std::abs(y[i]), std::abs(next_[i])));
       const S e3 = weight * (slope - C::d1 * k1_[i] - C::d9 * k9_[i] - C::d12 * k12_[i]);
       const S e5 = weight * (C::e1 * k1_[i] + C::e6 * k6_[i] + C::e7 * k7_[i] + C::e8 * k8_[i] + C::e9 * k9_[i] +
@@ -189,7 +217,10 @@ class Dop853 {
     return sum > S(0) ? h * fifth / (tolerance * std::sqrt(S(N) * sum)) : S(0);
   }
 
-  S first_ = 0, first_tolerance_ = 1;
+  static constexpr std::size_t most_taken = 64;
+  std::array<S, most_taken> lengths_{};
+  std::size_t taken_ = 0;
+  S duration_ = 1, first_ = 0, first_tolerance_ = 1;
   Vector next_{}, k1_{}, k2_{}, k3_{}, k4_{}, k5_{}, k6_{}, k7_{}, k8_{}, k9_{}, k10_{}, k11_{}, k12_{};
 };
 }  // namespace costate::bench
