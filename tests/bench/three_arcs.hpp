@@ -35,7 +35,7 @@ class ThreeArcs {
     Matrix jacobian{};
     Unknowns residual{}, correction{};
     bool fresh = true;
-    constexpr double far = 0.1, worst_contraction = 0.3;  // beyond these a Jacobian is worth its cost
+    constexpr double far = 0.03, worst_contraction = 0.3;  // beyond these a Jacobian is worth its cost
     for (root.iterations = 1; root.iterations <= 40; ++root.iterations) {
       const Unknowns old = residual;
       if (!evaluate(u, tolerance, residual)) break;
@@ -63,12 +63,19 @@ class ThreeArcs {
       }
       fresh = differences == Differences::whole || size > far || (!fresh && contraction > worst_contraction);
       const double next = size * contraction;
-      tolerance = std::clamp(fresh ? ladder.share * next * next : 0.1 * next * std::min(contraction, 1.0), ladder.finest,
-                             ladder.loosest);
+      tolerance = std::clamp(fresh ? ladder.share * next * next : 0.1 * ladder.share * next * std::min(contraction, 1.0),
+                             ladder.finest, ladder.loosest);
     }
     root.steps = first_.steps + free_.steps + last_.steps;
     root.evaluations = first_.evaluations + free_.evaluations + last_.evaluations;
     return root;
+  }
+
+  /// φ and λφ at t₁, to rounding.
+  std::array<double, 2> first_junction(const Unknowns& u) {
+    Saturated at = start(u);
+    if (!first_.integrate(saturated(1.0, u), u[1], at, 1e-15)) return {std::nan(""), std::nan("")};
+    return {at[0], at[2]};
   }
 
  private:
