@@ -4,6 +4,7 @@
 #include "three_arcs.hpp"
 
 #include <costate/error.hpp>
+#include <costate/shooting/locate.hpp>
 #include <costate/shooting/solve.hpp>
 
 #include <fmt/format.h>
@@ -60,7 +61,7 @@ struct Engine {
   const char* name;
   Method method;
 };
-const Engine engines[] = {{"CVODES", Method::adams}};
+const Engine engines[] = {{"CVODES", Method::adams}, {"Runge-Kutta", Method::runge_kutta}};
 
 /// The library on a problem, without certificate and with.
 void add_library(std::vector<Contender>& to, const std::string& name, const std::shared_ptr<const Problem>& problem,
@@ -77,6 +78,21 @@ void add_library(std::vector<Contender>& to, const std::string& name, const std:
       }
     }
     to.push_back(std::move(plain));
+    // The options of a search are kept as long as they are the same.
+    struct Search {
+      double setting = 0.0;
+      std::unique_ptr<Locator> locator;
+    };
+    const auto search = std::make_shared<Search>();
+    const Solve located = [=, m = method](double setting) {
+      if (search->setting != setting)
+        *search = {setting, std::make_unique<Locator>(*shooting, LocateOptions{.accuracy = setting, .method = m})};
+      const Located l = search->locator->find(start);
+      Outcome o{l.converged(), {}, l.iterations, l.statistics.steps, l.statistics.rhs_evaluations};
+      std::copy(l.y.begin(), l.y.end(), o.unknowns.begin());
+      return o;
+    };
+    to.push_back({name, fmt::format("locate, {}", engine), reference, {located}});
     const Solve certified = [=, m = method](double setting) {
       const Solution s = costate::solve(*shooting, start, {.accuracy = setting, .method = m});
       Outcome o{s.solved(), {}, static_cast<int>(s.cost.newton_iterations), s.cost.steps, s.cost.rhs_evaluations};
@@ -177,6 +193,40 @@ std::vector<Contender> contenders() {
   all.push_back(by_hand<BeadFlight<double>>("P2", {1.5, 0.2, 0.3}, bead_root));
   add_library(all, "P2", std::make_shared<BeadTransfer>(), bead_start, bead_root);
   add_three_arcs(all);
+  return all;
+}
+
+std::vector<Path> paths() {
+  const auto path = [](const std::string& name, std::shared_ptr<const Problem> problem, const Eigen::Vector3d& start,
+                       const std::string& parameter, double from, double to, Method method) {
+    const auto shooting = std::make_shared<Shooting>(std::move(problem));
+    const LocateOptions options{.accuracy = 1e-9, .method = method};
+    std::vector<double> values;
+    for (int i = 0; i < path_points; ++i) values.push_back(from + (to - from) * i / (path_points - 1));
+    const auto along = [=] { return locate_along(*shooting, start, parameter, values, options).size() == values.size(); };
+    const auto locator = std::make_shared<Locator>(*shooting, options);
+    const auto place = std::find_if(shooting->problem().parameters().begin(), shooting->problem().parameters().end(),
+                                    [&](const Parameter& p) { return p.name == parameter; }) -
+                       shooting->problem().parameters().begin();
+    const auto cold = [=] {
+      auto parameters = shooting->parameters();
+      bool all = true;
+      for (const double value : values) {
+        parameters[static_cast<std::size_t>(place)] = value;
+        shooting->set_parameters(parameters);
+        all = locator->find(start).converged() && all;
+      }
+      return all;
+    };
+    return Path{name, along, cold};
+  };
+  std::vector<Path> all;
+  for (const auto& [engine, method] : engines) {
+    all.push_back(path(fmt::format("P1, x = 1 ... 1.5, {}", engine), std::make_shared<DiskTransfer>(), {2.0, 0.5, 0.5}, "x",
+                       1.0, 1.5, method));
+    all.push_back(path(fmt::format("P2, mu = 0.3 ... 0.1, {}", engine), std::make_shared<BeadTransfer>(), {1.5, 0.2, 0.3},
+                       "mu", 0.3, 0.1, method));
+  }
   return all;
 }
 

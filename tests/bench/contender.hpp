@@ -29,6 +29,15 @@ struct Contender {
   [[nodiscard]] double error(const Outcome& outcome) const;
 };
 
+/// A path of forty values of a parameter, once as a continuation and once by solves from the rough guess each.
+struct Path {
+  std::string name;
+  std::function<bool()> along, cold;  ///< all the points; false if one has no root
+};
+inline constexpr int path_points = 40;
+/// P1 in x and P2 in μ.
+[[nodiscard]] std::vector<Path> paths();
+
 /// P1, P2 and P3 (see the README), each with its yardstick first.
 [[nodiscard]] std::vector<Contender> contenders();
 

@@ -12,6 +12,8 @@
 namespace {
 
 using costate::bench::Contender;
+using costate::bench::Path;
+using costate::bench::path_points;
 using costate::bench::Tuned;
 
 constexpr double targets[] = {1e-6, 1e-9, 1e-12};
@@ -63,6 +65,21 @@ bool print(const std::vector<Entry>& entries, const std::map<std::string, double
   return true;
 }
 
+/// Microseconds a point. False if a path has not all of its roots.
+bool print(const std::vector<Path>& paths, const std::map<std::string, double>& microseconds) {
+  fmt::print("\n{:46} {:>8} {:>9} {:>9}\n", "a point of a path of 40, to 1e-9", "ratio", "us", "cold us");
+  bool complete = true;
+  for (const Path& path : paths) {
+    const auto along = microseconds.find(path.name + "/along"), cold = microseconds.find(path.name + "/cold");
+    if (along == microseconds.end() || cold == microseconds.end()) continue;
+    const bool found = path.along() && path.cold();
+    complete = complete && found;
+    fmt::print("{:46} {:8.2f} {:9.2f} {:9.2f}{}\n", path.name, along->second / cold->second, along->second / path_points,
+               cold->second / path_points, found ? "" : "  NOT ALL FOUND");
+  }
+  return complete;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -89,8 +106,17 @@ int main(int argc, char** argv) {
       for (auto _ : state) benchmark::DoNotOptimize((*tuned.solve)(tuned.setting));
     })->Unit(benchmark::kMicrosecond);
   }
+  const auto paths = costate::bench::paths();
+  for (const Path& path : paths) {
+    for (const auto& [name, run] : {std::pair{"/along", &path.along}, std::pair{"/cold", &path.cold}}) {
+      benchmark::RegisterBenchmark((path.name + name).c_str(), [run = run](benchmark::State& state) {
+        for (auto _ : state) benchmark::DoNotOptimize((*run)());
+      })->Unit(benchmark::kMicrosecond);
+    }
+  }
   Medians reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
   benchmark::Shutdown();
-  return print(entries, reporter.microseconds) ? EXIT_SUCCESS : EXIT_FAILURE;
+  const bool exact = print(entries, reporter.microseconds), complete = print(paths, reporter.microseconds);
+  return exact && complete ? EXIT_SUCCESS : EXIT_FAILURE;
 }
