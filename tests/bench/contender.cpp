@@ -111,12 +111,11 @@ void add_library(std::vector<Contender>& to, const std::string& name, const std:
 template <class Arc>
 Contender by_hand(const char* name, const std::array<double, 3>& start, const std::vector<double>& reference) {
   Contender c{name, "yardstick", reference, {}};
-  const auto solver = std::make_shared<OneArc<Arc, double>>();
   for (const bool chord : {false, true}) {
     for (const double share : {1.0, 100.0}) {
       c.variants.push_back([=](double setting) {
-        return outcome(
-            solver->solve(start, {.finest = setting, .loosest = std::max(0.1, setting), .share = share, .chord = chord}));
+        const Ladder<double> ladder{.finest = setting, .loosest = std::max(0.1, setting), .share = share, .chord = chord};
+        return outcome(solve_by_hand(Arc{}, start, ladder));
       });
     }
   }

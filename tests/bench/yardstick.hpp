@@ -156,70 +156,67 @@ struct Ladder {
   }
 };
 
-/// Newton's method on one arc, from `start`.
-template <class Arc, class S>
-class OneArc {
- public:
-  explicit OneArc(Arc arc = {}) : arc_(arc) {}
-
-  Root<S, 3> solve(const std::array<S, 3>& start, const Ladder<S>& ladder) {
-    Root<S, 3> root{.unknowns = start};
-    auto& u = root.unknowns;
-    integrator_ = {};
-    state_ = {};
-    S tolerance = ladder.loosest;
-    S size = 0;
-    std::array<std::array<S, 3>, 3> jacobian{};
-    for (root.iterations = 1; root.iterations <= 20; ++root.iterations) {
-      arc_.lambda_x = u[1];
-      arc_.lambda_y = u[2];
-      std::array<S, Arc::size> y;
-      if (!arc_.start(y)) break;
-      // A correction by the Jacobian of the last point leaves about δ³.
-      const bool chord = ladder.chord && root.iterations > 1 && size * size * size < ladder.enough * ladder.finest;
-      if (chord) tolerance = ladder.finest;
-      if (!(chord ? state_alone(u[0], y, tolerance) : integrator_.integrate(arc_, u[0], y, tolerance))) break;
-      const auto targets = arc_.targets();
-      std::array<S, 3> residual;
-      for (std::size_t i = 0; i < 3; ++i) residual[i] = y[Arc::rows[i]] - targets[i];
-      if (!chord) {
-        const auto rates = arc_.state_rates(y);
-        for (std::size_t i = 0; i < 3; ++i) {
-          const std::size_t place = Arc::rows[i];
-          jacobian[i] = {rates[place], y[4 + 2 * place], y[5 + 2 * place]};
-        }
-      }
-      const auto correction = solve3(jacobian, residual);
-      size = 0;
+/// Newton's method on one arc, from `start`. `integrate(arc, duration, y, tolerance, alone)` takes y to the end, or only the state's four
+/// numbers if `alone`, and returns whether it could.
+template <class Arc, class S, class Integrate>
+Root<S, 3> newton(Arc arc, const std::array<S, 3>& start, const Ladder<S>& ladder, const Integrate& integrate) {
+  Root<S, 3> root{.unknowns = start};
+  auto& u = root.unknowns;
+  S tolerance = ladder.loosest, size = 0;
+  std::array<std::array<S, 3>, 3> jacobian{};
+  for (root.iterations = 1; root.iterations <= 20; ++root.iterations) {
+    arc.lambda_x = u[1];
+    arc.lambda_y = u[2];
+    std::array<S, Arc::size> y;
+    if (!arc.start(y)) return root;
+    // A correction by the Jacobian of the last point leaves about δ³.
+    const bool chord = ladder.chord && root.iterations > 1 && size * size * size < ladder.enough * ladder.finest;
+    if (chord) tolerance = ladder.finest;
+    if (!integrate(arc, u[0], y, tolerance, chord)) return root;
+    const auto targets = arc.targets();
+    std::array<S, 3> residual;
+    for (std::size_t i = 0; i < 3; ++i) residual[i] = y[Arc::rows[i]] - targets[i];
+    if (!chord) {
+      const auto rates = arc.state_rates(y);
       for (std::size_t i = 0; i < 3; ++i) {
-        u[i] -= correction[i];
-        size = std::max(size, std::abs(correction[i]));
+        const std::size_t place = Arc::rows[i];
+        jacobian[i] = {rates[place], y[4 + 2 * place], y[5 + 2 * place]};
       }
-      if (!(size < S(1e3))) break;
-      if (chord || (tolerance == ladder.finest && size * size < ladder.enough * ladder.finest)) {
-        root.found = true;
-        break;
-      }
-      tolerance = ladder.next(size);
     }
-    root.steps = integrator_.steps + state_.steps;
-    root.evaluations = integrator_.evaluations + state_.evaluations;
-    return root;
+    const auto correction = solve3(jacobian, residual);
+    size = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      u[i] -= correction[i];
+      size = std::max(size, std::abs(correction[i]));
+    }
+    if (!(size < S(1e3))) return root;
+    root.found = chord || (tolerance == ladder.finest && size * size < ladder.enough * ladder.finest);
+    if (root.found) return root;
+    tolerance = ladder.next(size);
   }
+  return root;
+}
 
- private:
-  bool state_alone(S duration, std::array<S, Arc::size>& y, S tolerance) {
-    std::array<S, 4> state{y[0], y[1], y[2], y[3]};
-    const auto rates = [arc = arc_](const std::array<S, 4>& at, std::array<S, 4>& rate) { rate = arc.state_rates(at); };
-    state_.begin_like(integrator_);
-    const bool arrived = state_.integrate(rates, duration, state, tolerance);
-    std::copy(state.begin(), state.end(), y.begin());
-    return arrived;
-  }
-
-  Arc arc_;
-  Dop853<Arc::size, S> integrator_;
-  Dop853<4, S> state_;
-};
+/// The yardstick of one arc.
+template <class Arc, class S>
+Root<S, 3> solve_by_hand(const Arc& arc, const std::array<S, 3>& start, const Ladder<S>& ladder) {
+  Dop853<Arc::size, S> whole;
+  Dop853<4, S> state_alone;
+  Root<S, 3> root = newton(arc, start, ladder,
+                           [&](const Arc& at, S duration, std::array<S, Arc::size>& y, S tolerance, bool alone) {
+                             if (!alone) return whole.integrate(at, duration, y, tolerance);
+                             std::array<S, 4> state{y[0], y[1], y[2], y[3]};
+                             const auto rates = [at](const std::array<S, 4>& z, std::array<S, 4>& rate) {
+                               rate = at.state_rates(z);
+                             };
+                             state_alone.begin_like(whole);
+                             const bool arrived = state_alone.integrate(rates, duration, state, tolerance);
+                             std::copy(state.begin(), state.end(), y.begin());
+                             return arrived;
+                           });
+  root.steps = whole.steps + state_alone.steps;
+  root.evaluations = whole.evaluations + state_alone.evaluations;
+  return root;
+}
 
 }  // namespace costate::bench
