@@ -123,6 +123,7 @@ class Locator::Search {
     }
     y_ = start;
     next_.resize(y_.size());
+    residual_.resize(y_.size());
     trial_.resize(y_.size());
     before_ = shooting_.statistics();
     result_ = {};
