@@ -223,8 +223,8 @@ std::vector<Path> paths() {
   for (const auto& [engine, method] : engines) {
     all.push_back(path(fmt::format("P1, x = 1 ... 1.5, {}", engine), std::make_shared<DiskTransfer>(), {2.0, 0.5, 0.5}, "x",
                        1.0, 1.5, method));
-    all.push_back(path(fmt::format("P2, mu = 0.3 ... 0.1, {}", engine), std::make_shared<BeadTransfer>(), {1.5, 0.2, 0.3},
-                       "mu", 0.3, 0.1, method));
+    all.push_back(path(fmt::format("P2, mu = 0.3 ... 0.25, {}", engine), std::make_shared<BeadTransfer>(), {1.5, 0.2, 0.3},
+                       "mu", 0.3, 0.25, method));
   }
   return all;
 }
