@@ -27,6 +27,14 @@ struct Tolerance {
 /// (Numer. Algorithms 53 (2010) 383–396; 13 stages), which costs least where the field is smooth and not stiff.
 enum class Method { adams, bdf, runge_kutta };
 
+/// How CVODES integrates the variational equations. All three keep the state and each direction under the same error control: the
+/// largest of their weighted root mean square norms.
+enum class Sensitivities {
+  augmented,     ///< state and directions are one system, corrected together; its Newton matrix is that of the state alone
+  simultaneous,  ///< CVODES' forward sensitivities, corrected together with the state (Maly & Petzold, 1996)
+  staggered      ///< CVODES' forward sensitivities, corrected after the state (Feehery, Tolsma & Barton, 1997)
+};
+
 struct FlowOptions {
   Tolerance tolerance;
   Method method = Method::adams;
@@ -34,6 +42,7 @@ struct FlowOptions {
   /// Longest step, as a share of the arc; 0: any. Error control knows of a right-hand side what it samples: a step across a short load
   /// sees nothing of it. A step of the Runge–Kutta method samples it at ten places and may be eight times as long.
   double longest_step = 0.0;
+  Sensitivities sensitivities = Sensitivities::augmented;  ///< costs least of the three, see tests/bench; of no effect elsewhere
   bool operator==(const FlowOptions&) const = default;
 };
 
