@@ -145,12 +145,11 @@ class RungeKutta final : public Integrator {
       const double next = last ? start.t1 : t + h;
       double error = std::numeric_limits<double>::quiet_NaN();
       const bool good = finite([&] {
-                          if (!step_->take(t, h)) return false;
-                          error = step_->error(h, scale_);
-                          if (error > 1.0) return true;
-                          return (last && !dense) || step_->evaluate_end(next);
-                        }) &&
-                        !std::isnan(error) && (error > 1.0 || finite([&] { return keep(t, h); }));
+        step_->take(t, h);
+        error = step_->error(h, scale_);
+        if (!std::isfinite(error)) return false;
+        return error > 1.0 || (((last && !dense) || step_->evaluate_end(next)) && keep(t, h));
+      });
       const double factor = std::clamp(safety * std::pow(error, -exponent), least_factor, most);
       if (good && error <= 1.0) {
         size = std::abs(h) * factor;
@@ -233,7 +232,8 @@ class RungeKutta final : public Integrator {
     for (int node = 0; node < 3; ++node) {
       const double s = -1.0 + node / 3.0, inner_t = t + node * h / 3.0;
       if (node > 0) {
-        if (!inner_->take(inner_t - h / 3.0, h / 3.0) || !inner_->evaluate_end(inner_t)) return false;
+        inner_->take(inner_t - h / 3.0, h / 3.0);
+        if (!inner_->evaluate_end(inner_t)) return false;
         inner_->accept();
       }
       data.col(node) = view(inner_->state()) - taylor.col(0) - s * taylor.col(1);
@@ -242,7 +242,7 @@ class RungeKutta final : public Integrator {
     taylor.rightCols(6).noalias() = data * hermite.transpose();
     double power = 1.0;
     for (Eigen::Index j = 1; j < taylor.cols(); ++j) taylor.col(j) /= (power *= h);
-    return true;
+    return taylor.allFinite();
   }
 
   [[nodiscard]] std::string not_finite() const {

@@ -12,10 +12,22 @@ constexpr std::size_t any_size = 0;
 /// The sizes compiled are the multiples of `granularity` up to the largest.
 constexpr std::size_t granularity = 4, largest_compiled = 40;
 
+/// The stages that have no weight in the error.
+constexpr verner::Row others = [] {
+  verner::Row row{};
+  for (std::size_t s = 0; s < verner::stages; ++s) row[s] = verner::errors[s] == 0.0 ? 1.0 : 0.0;
+  return row;
+}();
+
 /// Which combination of stages: one of the matrix's rows, or one of these.
-constexpr std::size_t result = verner::stages, estimate = verner::stages + 1;
+constexpr std::size_t result = verner::stages, estimate = result + 1, unweighted = estimate + 1;
 constexpr verner::Row coefficients(std::size_t row) {
-  return row == result ? verner::weights : row == estimate ? verner::errors : verner::matrix[row];
+  switch (row) {
+    case result: return verner::weights;
+    case estimate: return verner::errors;
+    case unweighted: return others;
+    default: return verner::matrix[row];
+  }
 }
 
 template <std::size_t size>
@@ -38,10 +50,9 @@ class SizedStep final : public RungeKuttaStep {
 
   bool evaluate_start(double t) override { return evaluate(t, y_.data(), k_[0].data()); }
   bool evaluate_end(double t) override { return evaluate(t, end_.data(), end_rate_.data()); }
-  bool take(double t, double h) override {
-    if (!stages_from<1>(t, h)) return false;
+  void take(double t, double h) override {
+    stages_from<1>(t, h);
     for (std::size_t i = 0; i < count(); ++i) end_[i] = y_[i] + h * combined<result>(i);
-    return true;
   }
   void take_euler(double h) override {
     for (std::size_t i = 0; i < count(); ++i) end_[i] = y_[i] + h * k_[0][i];
@@ -53,7 +64,8 @@ class SizedStep final : public RungeKuttaStep {
 
   double error(double h, const ErrorScale& scale) override {
     for (std::size_t i = 0; i < count(); ++i) {
-      const double sum = combined<estimate>(i);
+      // A product with zero is zero, or not a number.
+      const double sum = combined<estimate>(i) + 0.0 * combined<unweighted>(i);
       const double allowed = scale.relative * std::abs(y_[i]) + absolute_[i] + scale.rounding * std::abs(h * k_[0][i]);
       squares_[i] = h * sum / allowed * (h * sum / allowed);
     }
@@ -105,12 +117,11 @@ class SizedStep final : public RungeKuttaStep {
   }
 
   template <std::size_t stage>
-  bool stages_from(double t, double h) {
+  void stages_from(double t, double h) {
     if constexpr (stage < verner::stages) {
       for (std::size_t i = 0; i < count(); ++i) stage_[i] = y_[i] + h * combined<stage>(i);
-      return evaluate(t + verner::nodes[stage] * h, stage_.data(), k_[stage].data()) && stages_from<stage + 1>(t, h);
-    } else {
-      return true;
+      evaluate_stage(t + verner::nodes[stage] * h, stage_.data(), k_[stage].data());
+      stages_from<stage + 1>(t, h);
     }
   }
 

@@ -49,10 +49,11 @@ class RungeKuttaStep {
   virtual std::span<const double> end_rate() const = 0;
   virtual std::span<double> absolute() = 0;
 
-  // Each of these is false where the right-hand side is no finite number.
+  // False where the right-hand side is no finite number.
   virtual bool evaluate_start(double t) = 0;
-  virtual bool take(double t, double h) = 0;
   virtual bool evaluate_end(double t) = 0;
+  /// Makes the end. Where the right-hand side is no finite number at some stage, nor is the error.
+  virtual void take(double t, double h) = 0;
   /// The end becomes the start.
   virtual void accept() = 0;
 
@@ -72,6 +73,10 @@ class RungeKuttaStep {
   bool evaluate(double t, const double* y, double* rate) {
     ++evaluations_;
     return field_.variation(t, {y, states_}, parameter_, columns_ - 1, {rate, entries_});
+  }
+  void evaluate_stage(double t, const double* y, double* rate) {
+    ++evaluations_;
+    field_.unchecked_variation(t, {y, states_}, parameter_, columns_ - 1, {rate, entries_});
   }
   /// Largest root mean square of a column; squares are as entries are.
   [[nodiscard]] double norm(const double* squares) const {
