@@ -1,4 +1,3 @@
-#include "curve.hpp"
 #include "factors.hpp"
 #include "newton.hpp"
 
@@ -16,6 +15,7 @@ namespace {
 constexpr double margin = 0.25;             // a predicted error is trusted up to this share of the accuracy
 constexpr double least_contraction = 0.05;  // c is not believed to be smaller
 constexpr double least_damping = 1e-4;
+constexpr double tightest = 1e-15;
 
 void check(const LocateOptions& options) {
   const auto positive = [](const char* name, double value) {
@@ -35,9 +35,11 @@ void check(const LocateOptions& options) {
 
 class Locator::Search {
  public:
-  Search(Shooting& shooting, const LocateOptions& options)
-      : shooting_(shooting), options_(options), last_tolerance_(options.tolerance_per_accuracy * options.accuracy) {
+  Search(Shooting& shooting, const LocateOptions& options) : shooting_(shooting), options_(options) {
     check(options);
+    constexpr double of_multistep = 0.1;
+    wanted_ = options.tolerance_per_accuracy * (options.method == Method::runge_kutta ? 1.0 : of_multistep);
+    last_tolerance_ = std::max(tightest, wanted_ * options.accuracy);
   }
 
   Located find(const Eigen::Ref<const Eigen::VectorXd>& start) {
@@ -53,6 +55,8 @@ class Locator::Search {
       factors_.correction(residual_, step_);
       length_ = length(step_);
       if (!std::isfinite(length_)) return ended(Termination::singular_jacobian);
+      constexpr double near = 0.3;
+      if (length_ <= near) weigh();
       if (tolerance_ <= last_tolerance_ && enough(contraction_ * length_ * length_)) {
         apply(1.0, step_);
         return ended(Termination::converged);
@@ -136,13 +140,14 @@ class Locator::Search {
     located.termination = termination;
     located.y = y_;
     located.correction = length_;
+    located.tolerance = tolerance_;
     located.statistics = shooting_.statistics() - before_;
     return located;
   }
 
   /// Is an error that Newton's method leaves small enough? Then it is kept, with what the integration may add.
   bool enough(double error) {
-    result_.error = error + last_tolerance_;
+    result_.error = error + amplification_ * last_tolerance_ / wanted_;
     return error <= margin * options_.accuracy;
   }
 
@@ -152,6 +157,14 @@ class Locator::Search {
                                 .method = options_.method,
                                 .max_steps = options_.max_steps,
                                 .longest_step = options_.longest_step});
+  }
+
+  /// Near a root the Jacobian tells what error of an integration does.
+  void weigh() {
+    const double amplification = factors_.amplification();
+    if (!std::isfinite(amplification)) return;
+    amplification_ = std::max(1.0, amplification);
+    last_tolerance_ = std::max(tightest, wanted_ * options_.accuracy / amplification_);
   }
 
   /// R at a point into trial_, with its derivatives or without.
@@ -263,7 +276,8 @@ class Locator::Search {
 
   Shooting& shooting_;
   LocateOptions options_;
-  double last_tolerance_, tolerance_ = 0.0;
+  double wanted_;  ///< tolerance per accuracy
+  double last_tolerance_, tolerance_ = 0.0, amplification_ = 1.0;
   Eigen::VectorXd row_scales_, unknown_scales_;
   Bounds bounds_;
   Factors factors_;
@@ -286,77 +300,6 @@ Located Locator::correct(const Eigen::Ref<const Eigen::VectorXd>& prediction) { 
 
 Located locate(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& start, const LocateOptions& options) {
   return Locator(shooting, options).find(start);
-}
-
-namespace {
-
-/// The last few points of a curve, and where polynomials through them lead.
-class Extrapolation {
- public:
-  void add(double at, const Eigen::VectorXd& y) {
-    const std::size_t slot = count_++ % most;
-    at_[slot] = at;
-    values_[slot] = y;
-  }
-  /// At a place: from the last points as many as change the result least (Neville's scheme, one point more at a time).
-  const Eigen::VectorXd& operator()(double at) {
-    const std::size_t count = std::min(count_, most);
-    best_ = last_ = values_[slot(0)];
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < count; ++k) {
-      // After this, table_[j] is the value at the place of the polynomial through points j, …, k, the last point being 0.
-      table_[k] = values_[slot(k)];
-      for (std::size_t j = k; j-- > 0;) {
-        const double weight = (at - at_[slot(j)]) / (at_[slot(k)] - at_[slot(j)]);
-        table_[j] += weight * (table_[j + 1] - table_[j]);
-      }
-      if (k == 0) continue;
-      const double change = (table_[0] - last_).cwiseAbs().maxCoeff();
-      if (change < least) {
-        least = change;
-        best_ = table_[0];
-      }
-      last_ = table_[0];
-    }
-    return best_;
-  }
-
- private:
-  static constexpr std::size_t most = 8;
-  [[nodiscard]] std::size_t slot(std::size_t back) const { return (count_ - 1 - back) % most; }
-
-  std::array<double, most> at_{};
-  std::array<Eigen::VectorXd, most> values_, table_;
-  Eigen::VectorXd best_, last_;
-  std::size_t count_ = 0;
-};
-
-}  // namespace
-
-std::vector<Located> locate_along(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& start,
-                                  const std::string& parameter, std::span<const double> values,
-                                  const LocateOptions& options) {
-  const std::size_t place = parameter_place(shooting.problem(), parameter);
-  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
-    throw BadInput(fmt::format("a value of {} is not a finite number", parameter));
-  Locator locator(shooting, options);
-  Extrapolation curve;
-  std::vector<double> parameters = shooting.parameters();
-  std::vector<Located> roots;
-  roots.reserve(values.size());
-  for (const double value : values) {
-    parameters[place] = value;
-    shooting.set_parameters(parameters);
-    if (roots.empty()) {
-      roots.push_back(locator.find(start));
-    } else {
-      roots.push_back(locator.correct(curve(value)));
-      if (!roots.back().converged()) roots.back() = locator.find(roots[roots.size() - 2].y);
-    }
-    if (!roots.back().converged()) break;
-    curve.add(value, roots.back().y);
-  }
-  return roots;
 }
 
 }  // namespace costate

@@ -20,7 +20,9 @@ namespace costate {
 struct LocateOptions {
   double accuracy = 1e-8;               ///< wanted of every unknown, in units of the larger of its scale and magnitude
   double first_tolerance = 1e-2;        ///< of the integrations from a start
-  double tolerance_per_accuracy = 0.1;  ///< of the last integration
+  /// Of the last integration, where an error of the rows by it moves the unknowns by as much; less where it moves them by more, and
+  /// for multistep methods, whose errors add up to some ten times their tolerance.
+  double tolerance_per_accuracy = 0.5;
   Method method = Method::adams;
   long max_steps = 20000;     ///< of the integrator, per arc
   double longest_step = 0.0;  ///< see FlowOptions
@@ -33,9 +35,10 @@ struct Located {
   Eigen::VectorXd y;        ///< the root, or where the search ended
   int iterations = 0;       ///< corrections
   double correction = 0.0;  ///< length of the last
+  double tolerance = 0.0;   ///< of the last integration
   /// Estimated from the contraction and the tolerance of the last integration. It is no bound: a solve gives one.
   double error = 0.0;
-  Statistics statistics;  ///< what it has cost
+  Statistics statistics{};  ///< what it has cost
   std::string message{};  ///< of the last excursion from the domain, if any
   [[nodiscard]] bool converged() const { return termination == Termination::converged; }
 };
