@@ -18,20 +18,20 @@ namespace costate::bench {
 namespace {
 
 template <std::size_t N>
-Outcome outcome(const Root<double, N> &root) {
+Outcome outcome(const Root<double, N>& root) {
   Outcome o{root.found, {}, root.iterations, root.steps, root.evaluations};
   std::copy(root.unknowns.begin(), root.unknowns.end(), o.unknowns.begin());
   return o;
 }
 
-Outcome outcome(bool found, const Eigen::VectorXd &y, int iterations, const Statistics &before, const Statistics &after) {
+Outcome outcome(bool found, const Eigen::VectorXd& y, int iterations, const Statistics& before, const Statistics& after) {
   Outcome o{found, {}, iterations, after.steps - before.steps, after.rhs_evaluations - before.rhs_evaluations};
   std::copy(y.begin(), y.end(), o.unknowns.begin());
   return o;
 }
 
 /// The yardstick's Newton method on the library's evaluations.
-Outcome by_evaluations(Shooting &shooting, const Eigen::VectorXd &start, Method method, const Ladder<double> &ladder) {
+Outcome by_evaluations(Shooting& shooting, const Eigen::VectorXd& start, Method method, const Ladder<double>& ladder) {
   const Statistics before = shooting.statistics();
   Eigen::VectorXd y = start, residual(y.size()), correction(y.size());
   double tolerance = ladder.loosest;
@@ -40,7 +40,7 @@ Outcome by_evaluations(Shooting &shooting, const Eigen::VectorXd &start, Method 
     try {
       if (!shooting.factorise(y)) break;
       shooting.residual(y, residual);
-    } catch (const LeftDomain &) {
+    } catch (const LeftDomain&) {
       break;
     }
     shooting.solve(residual, correction);
@@ -60,15 +60,15 @@ Outcome by_evaluations(Shooting &shooting, const Eigen::VectorXd &start, Method 
 const double shares[] = {1e-4, 1e-2, 1.0, 1e2};
 
 struct Engine {
-  const char *name;
+  const char* name;
   Method method;
 };
 const Engine engines[] = {{"CVODES", Method::adams}, {"Runge-Kutta", Method::runge_kutta}};
 
 /// The library on a problem, without certificate and with.
-void add_library(std::vector<Contender> &to, const std::string &name, const std::shared_ptr<const Problem> &problem,
-                 const Eigen::VectorXd &start, const std::vector<double> &reference) {
-  for (const auto &[engine, method] : engines) {
+void add_library(std::vector<Contender>& to, const std::string& name, const std::shared_ptr<const Problem>& problem,
+                 const Eigen::VectorXd& start, const std::vector<double>& reference) {
+  for (const auto& [engine, method] : engines) {
     const auto shooting = std::make_shared<Shooting>(problem);
     Contender plain{name, fmt::format("evaluations, {}", engine), reference, {}, 0.1, 1e-15};
     for (const double share : shares) {
@@ -111,7 +111,7 @@ void add_library(std::vector<Contender> &to, const std::string &name, const std:
 }
 
 template <class Arc>
-Contender by_hand(const char *name, const std::array<double, 3> &start, const std::vector<double> &reference) {
+Contender by_hand(const char* name, const std::array<double, 3>& start, const std::vector<double>& reference) {
   Contender c{name, "yardstick", reference, {}};
   for (const bool chord : {false, true}) {
     for (const double share : {1.0, 100.0}) {
@@ -126,17 +126,17 @@ Contender by_hand(const char *name, const std::array<double, 3> &start, const st
 
 /// The yardstick's equations and Newton method on CVODE driven by hand.
 template <class Arc>
-Contender by_bare_cvode(const char *name, const std::array<double, 3> &start, const std::vector<double> &reference) {
+Contender by_bare_cvode(const char* name, const std::array<double, 3>& start, const std::vector<double>& reference) {
   // CVODE's numbers are each followed by their derivatives.
   using Numbers = std::array<double, Arc::size>;
   struct Layout {
-    static void gather(const double *from, Numbers &y) {
+    static void gather(const double* from, Numbers& y) {
       for (std::size_t i = 0; i < 4; ++i) {
         y[i] = from[3 * i];
         for (std::size_t j = 0; j < 2; ++j) y[4 + 2 * i + j] = from[3 * i + 1 + j];
       }
     }
-    static void scatter(const Numbers &y, double *to) {
+    static void scatter(const Numbers& y, double* to) {
       for (std::size_t i = 0; i < 4; ++i) {
         to[3 * i] = y[i];
         for (std::size_t j = 0; j < 2; ++j) to[3 * i + 1 + j] = y[4 + 2 * i + j];
@@ -145,10 +145,10 @@ Contender by_bare_cvode(const char *name, const std::array<double, 3> &start, co
   };
   struct Driver {
     Arc arc;
-    BareCvode cvode{[](double, const double *y, double *dy, const void *data) {
+    BareCvode cvode{[](double, const double* y, double* dy, const void* data) {
                       Numbers at, rate;
                       Layout::gather(y, at);
-                      (*static_cast<const Arc *>(data))(at, rate);
+                      (*static_cast<const Arc*>(data))(at, rate);
                       Layout::scatter(rate, dy);
                       return true;
                     },
@@ -164,13 +164,13 @@ Contender by_bare_cvode(const char *name, const std::array<double, 3> &start, co
                                     .share = share,
                                     .chord = false};
         long steps = 0, evaluations = 0;
-        auto root = newton(Arc{}, start, ladder, [&](const Arc &at, double duration, Numbers &y, double tolerance, bool) {
+        auto root = newton(Arc{}, start, ladder, [&](const Arc& at, double duration, Numbers& y, double tolerance, bool) {
           driver->arc = at;
           Numbers numbers;
           Layout::scatter(y, numbers.data());
           try {
             driver->cvode.integrate(0.0, duration, numbers, tolerance, tolerance);
-          } catch (const std::runtime_error &) {
+          } catch (const std::runtime_error&) {
             return false;
           }
           Layout::gather(numbers.data(), y);
@@ -189,7 +189,7 @@ Contender by_bare_cvode(const char *name, const std::array<double, 3> &start, co
 
 /// λ_across, … of the disk's problem with arcs C F C at the unknowns of the
 /// paper.
-Eigen::VectorXd outward(const ThreeArcs::Unknowns &u) {
+Eigen::VectorXd outward(const ThreeArcs::Unknowns& u) {
   const auto [phi, lambda_phi] = ThreeArcs{}.first_junction(u);
   const disk::ArcType up{disk::ArcKind::saturated, 1.0}, down{disk::ArcKind::saturated, -1.0};
   disk::Chain chain{u[4], u[5], {{up, u[1], {}, {}}, {{}, u[2] - u[1], {}, {}}, {down, u[3] - u[2], {}, {}}}};
@@ -197,12 +197,12 @@ Eigen::VectorXd outward(const ThreeArcs::Unknowns &u) {
   return disk::unknowns(chain);
 }
 
-void add_three_arcs(std::vector<Contender> &to) {
+void add_three_arcs(std::vector<Contender>& to) {
   const ThreeArcs::Unknowns start{0.6, 1.0, 1.2, 2.2, 0.55, 0.55};
   const ThreeArcs::Unknowns root{0.62649933845929283581, 1.0855647258861120056,  1.1277604886791390037,
                                  2.2133252145652510093,  0.54680115257495074564, 0.54680115257495074564};
   const auto solver = std::make_shared<ThreeArcs>();
-  const auto hand = [&](const char *name, ThreeArcs::Differences differences) {
+  const auto hand = [&](const char* name, ThreeArcs::Differences differences) {
     Contender c{"P3", name, {root.begin(), root.end()}, {}};
     for (const double share : {1.0, 10.0}) {
       for (const double enough : {1.0, 10.0}) {
@@ -226,7 +226,7 @@ void add_three_arcs(std::vector<Contender> &to) {
   add_library(to, "P3", disk::make_problem(scene, structure), outward(start), {reference.begin(), reference.end()});
 }
 
-double seconds_of(const Solve &solve, double setting) {
+double seconds_of(const Solve& solve, double setting) {
   double best = std::numeric_limits<double>::infinity();
   for (int repetition = 0; repetition < 5; ++repetition) {
     const double begin = thread_seconds();
@@ -242,7 +242,7 @@ double seconds_of(const Solve &solve, double setting) {
 
 }  // namespace
 
-double Contender::error(const Outcome &outcome) const {
+double Contender::error(const Outcome& outcome) const {
   double worst = 0.0;
   for (std::size_t i = 0; i < reference.size(); ++i) worst = std::max(worst, std::abs(outcome.unknowns[i] - reference[i]));
   return worst;
@@ -264,8 +264,8 @@ std::vector<Contender> contenders() {
 }
 
 std::vector<Path> paths() {
-  const auto path = [](const std::string &name, std::shared_ptr<const Problem> problem, const Eigen::Vector3d &start,
-                       const std::string &parameter, double from, double to, Method method) {
+  const auto path = [](const std::string& problem_name, const std::string& engine, std::shared_ptr<const Problem> problem,
+                       const Eigen::Vector3d& start, const std::string& parameter, double from, double to, Method method) {
     const auto shooting = std::make_shared<Shooting>(std::move(problem));
     const LocateOptions options{.accuracy = 1e-9, .method = method};
     std::vector<double> values;
@@ -273,7 +273,7 @@ std::vector<Path> paths() {
     const auto along = [=] { return locate_along(*shooting, start, parameter, values, options).size() == values.size(); };
     const auto locator = std::make_shared<Locator>(*shooting, options);
     const auto place = std::find_if(shooting->problem().parameters().begin(), shooting->problem().parameters().end(),
-                                    [&](const Parameter &p) { return p.name == parameter; }) -
+                                    [&](const Parameter& p) { return p.name == parameter; }) -
                        shooting->problem().parameters().begin();
     const auto cold = [=] {
       auto parameters = shooting->parameters();
@@ -285,22 +285,20 @@ std::vector<Path> paths() {
       }
       return all;
     };
-    return Path{name, along, cold};
+    return Path{fmt::format("{}, {} = {:g} ... {:g}, {}", problem_name, parameter, from, to, engine), along, cold};
   };
   std::vector<Path> all;
-  for (const auto &[engine, method] : engines) {
-    all.push_back(path(fmt::format("P1, x = 1 ... 1.5, {}", engine), std::make_shared<DiskTransfer>(), {2.0, 0.5, 0.5}, "x",
-                       1.0, 1.5, method));
-    all.push_back(path(fmt::format("P2, mu = 0.3 ... 0.25, {}", engine), std::make_shared<BeadTransfer>(), {1.5, 0.2, 0.3},
-                       "mu", 0.3, 0.1, method));
+  for (const auto& [engine, method] : engines) {
+    all.push_back(path("P1", engine, std::make_shared<DiskTransfer>(), {2.0, 0.5, 0.5}, "x", 1.0, 1.5, method));
+    all.push_back(path("P2", engine, std::make_shared<BeadTransfer>(), {1.5, 0.2, 0.3}, "mu", 0.3, 0.25, method));
   }
   return all;
 }
 
-Tuned tune(const Contender &contender, double target) {
+Tuned tune(const Contender& contender, double target) {
   Tuned best{&contender, nullptr, 0.0, {}};
   double least = std::numeric_limits<double>::infinity();
-  for (const Solve &solve : contender.variants) {
+  for (const Solve& solve : contender.variants) {
     for (double setting = contender.coarsest; setting > 0.9 * contender.finest; setting *= std::sqrt(0.1)) {
       const Outcome outcome = solve(setting);
       if (!outcome.found || !(contender.error(outcome) <= target)) continue;
