@@ -47,9 +47,9 @@ class DiskTransfer final : public Problem {
     return {point.quadrature[0], point.quadrature[1], point.state[0]};
   }
   [[nodiscard]] std::vector<PathCheck> check(const ArcPoint& point, const std::vector<double>&) const override {
+    using Full = Pontryagin<disk::FreeRolling, disk::FastestRolling>;
     const Eigen::VectorXd& p = point.record->parameter;
-    return {
-        {"Hamiltonian", PathCheck::Kind::zero, disk::FreeArc().hamiltonian({point.state[0], point.state[1]}, {p[0], p[1]})}};
+    return {{"Hamiltonian", PathCheck::Kind::zero, Full().hamiltonian({point.state[0], point.state[1]}, {p[0], p[1]})}};
   }
 
  private:

@@ -16,6 +16,8 @@ using Eigen::VectorXd;
 constexpr Tolerance tolerance{1e-12, 1e-12};
 constexpr double rounding = 1e-15;
 
+using FullFree = Pontryagin<FreeRolling, FastestRolling>;
+
 // φ' = Ω, Ω' = A (λx sin φ − λy cos φ) with A = λx cos φ + λy sin φ, Ω = λφ, A² + Ω² = 1 on H = 0.
 TEST(FreeArc, IsThePendulumOfThePaper) {
   for (double phi = -3.0; phi < 3.0; phi += 0.4) {
@@ -28,8 +30,35 @@ TEST(FreeArc, IsThePendulumOfThePaper) {
       EXPECT_NEAR(r.state[1], A * (lambda_x * std::sin(phi) - lambda_y * std::cos(phi)), rounding);
       EXPECT_NEAR(r.quadrature[0], A * std::cos(phi), rounding);
       EXPECT_NEAR(r.quadrature[1], A * std::sin(phi), rounding);
-      EXPECT_NEAR(FreeArc().hamiltonian({phi, Omega}, {lambda_x, lambda_y}), 0.0, rounding);
+      EXPECT_NEAR(FullFree().hamiltonian({phi, Omega}, {lambda_x, lambda_y}), 0.0, rounding);
     }
+  }
+}
+
+// On H = 0 the rates are those of Pontryagin's flow, and so are their derivatives along it: in directions (dφ, dλφ, dλx, dλy)
+// across dH = A dA + λφ dλφ.
+TEST(FreeArc, IsTheFullFlowWhereTheHamiltonianVanishes) {
+  const FieldOf<FreeArc> arc;
+  const FieldOf<FullFree> full;
+  for (double phi = -3.0; phi < 3.0; phi += 0.4) {
+    const Vector2d p(0.5, -0.7);
+    const double A = p[0] * std::cos(phi) + p[1] * std::sin(phi), A_phi = p[1] * std::cos(phi) - p[0] * std::sin(phi);
+    const double Omega = -std::sqrt(1.0 - A * A);
+    const Eigen::Vector4d gradient(A * A_phi, Omega, A * std::cos(phi), A * std::sin(phi));
+    const MatrixXd along = MatrixXd::Identity(4, 4) - gradient * gradient.transpose() / gradient.squaredNorm();
+    std::vector<double> z, parameter;
+    const auto append = [&](std::vector<double>& to, double value, int i) {
+      to.push_back(value);
+      for (int j = 0; j < 4; ++j) to.push_back(along(i, j));
+    };
+    append(z, phi, 0);
+    append(z, Omega, 1);
+    append(parameter, p[0], 2);
+    append(parameter, p[1], 3);
+    std::vector<double> a(20), b(20);
+    ASSERT_TRUE(arc.variation(0.0, z, parameter, 4, a));
+    ASSERT_TRUE(full.variation(0.0, z, parameter, 4, b));
+    for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 10 * rounding) << phi << " entry " << i;
   }
 }
 
@@ -42,7 +71,7 @@ TEST(FreeArc, HamiltonianStaysZero) {
   const double angular = std::sqrt(1.0 - A0 * A0);
   for (double t = 0.0; t <= 6.0; t += 0.1) {
     const VectorXd at = path.at(t);
-    EXPECT_NEAR(FreeArc().hamiltonian({at[0], at[1]}, {0.5, -0.7}), 0.0, 50 * tolerance.relative) << t;
+    EXPECT_NEAR(FullFree().hamiltonian({at[0], at[1]}, {0.5, -0.7}), 0.0, 50 * tolerance.relative) << t;
     // λφ − λx y + λy x is constant. Error: a few hundred steps of at most √2·2·tolerance each.
     EXPECT_NEAR(at[1] - 0.5 * at[3] - 0.7 * at[2], angular, 1000 * tolerance.relative) << t;
   }

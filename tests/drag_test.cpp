@@ -171,14 +171,14 @@ TEST(FastestSlope, MaximisesTheHamiltonianWithTheSignOfLegendreAndClebsch) {
     const Vec<double, 3> q{0.0, 0.0, 3.0};
     const auto best = FastestSlope().control(q, costate, p);
     const double maximum = hamiltonian(bead, q, costate, best, p);
-    for (int i = 0; i < 360; ++i) {
-      EXPECT_LE(hamiltonian(bead, q, costate, Vec<double, 1>{i * std::numbers::pi / 180}, p), maximum + 1e-15);
-    }
+    const auto at = [&](double slope) {
+      return hamiltonian(bead, q, costate, Vec<double, 2>{std::cos(slope), std::sin(slope)}, p);
+    };
+    for (int i = 0; i < 360; ++i) EXPECT_LE(at(i * std::numbers::pi / 180), maximum + 1e-15);
     const double N = std::hypot(3.0 * costate[0], 3.0 * costate[1] - 9.8 * costate[2]);
     constexpr double h = 1e-4;  // truncation h²N/12, rounding 1e-16/h²
-    const double second = (hamiltonian(bead, q, costate, Vec<double, 1>{best[0] + h}, p) - 2.0 * maximum +
-                           hamiltonian(bead, q, costate, Vec<double, 1>{best[0] - h}, p)) /
-                          (h * h);
+    const double slope = std::atan2(best[1], best[0]);
+    const double second = (at(slope + h) - 2.0 * maximum + at(slope - h)) / (h * h);
     EXPECT_NEAR(second, -N, 1e-7);
   }
 }

@@ -5,6 +5,8 @@
 #include <costate/error.hpp>
 #include <costate/shooting/solve.hpp>
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -36,17 +38,29 @@ double parse_number(const std::string& flag, const std::string& text, const Rang
   return value;
 }
 
-CommandLine::CommandLine(const std::string& tool, const std::string& description) : app_(description, tool), tool_(tool) {
-  app_.set_version_flag("--version", fmt::format("{} {}", tool, COSTATE_VERSION), "Print the version and exit");
-  app_.set_help_flag("--help", "Print this help and exit");
-  app_.get_formatter()->column_width(34);
-  app_.allow_windows_style_options(false);
+CommandLine::CommandLine(const std::string& tool, const std::string& description)
+    : app_(std::make_unique<CLI::App>(description, tool)), tool_(tool) {
+  app_->set_version_flag("--version", fmt::format("{} {}", tool, COSTATE_VERSION), "Print the version and exit");
+  app_->set_help_flag("--help", "Print this help and exit");
+  app_->get_formatter()->column_width(34);
+  app_->allow_windows_style_options(false);
 }
+
+CommandLine::~CommandLine() = default;
+
+void CommandLine::footer(const std::string& text) { app_->footer(text); }
+
+CLI::Option* CommandLine::text(const std::string& flag, std::string& target, const std::string& help,
+                               const std::string& type) {
+  return app_->add_option(flag, target, help)->type_name(type);
+}
+
+bool CommandLine::given(const CLI::Option* option) { return option->count() > 0; }
 
 CommandLine::Number& CommandLine::add(const std::string& flag, const Range& range, const std::string& help) {
   numbers_.push_back(std::make_unique<Number>(Number{.flag = flag, .text = "", .range = range, .unit = range.unit}));
   Number& number = *numbers_.back();
-  number.option = app_.add_option(flag, number.text, help)->type_name(range.unit.empty() ? "NUMBER" : range.unit);
+  number.option = text(flag, number.text, help, range.unit.empty() ? "NUMBER" : range.unit);
   return number;
 }
 
@@ -61,8 +75,7 @@ void CommandLine::number(const std::string& flag, std::optional<double>& target,
 
 void CommandLine::choice(const std::string& flag, std::string& target, const std::vector<std::string>& words,
                          const std::string& help) {
-  const std::string text = fmt::format("{} [{}]; {}", help, target, fmt::join(words, ", "));
-  app_.add_option(flag, target, text)->type_name("NAME");
+  text(flag, target, fmt::format("{} [{}]; {}", help, target, fmt::join(words, ", ")), "NAME");
   choices_.push_back({flag, &target, words});
 }
 
@@ -78,16 +91,16 @@ void CommandLine::number_or(const std::string& flag, std::optional<double>& targ
   number.store_word = [&target] { target.reset(); };
 }
 
-void CommandLine::toggle(const std::string& flag, bool& target, const std::string& help) { app_.add_flag(flag, target, help); }
+void CommandLine::toggle(const std::string& flag, bool& target, const std::string& help) { app_->add_flag(flag, target, help); }
 
 void CommandLine::solver_flags() {
   number("--accuracy", accuracy, {finest_accuracy, coarsest_accuracy, ""},
          "Wanted absolute error (relative above 1) of times and unknowns");
   choice("--engine", engine_, {engine_name(Method::adams), engine_name(Method::runge_kutta)},
          "What integrates: Adams' method of CVODES, or Verner's Runge-Kutta pair 8(7), which is faster");
-  auto* json_flag = app_.add_flag("--json", json, "Print one JSON object");
-  csv_option_ = app_.add_option("--csv", csv, "Write the trajectory to a file, - for standard output")->type_name("FILE")->excludes(json_flag);
-  app_.add_flag("--quiet", quiet, "Print no table; the exit status tells");
+  auto* json_flag = app_->add_flag("--json", json, "Print one JSON object");
+  csv_option_ = text("--csv", csv, "Write the trajectory to a file, - for standard output", "FILE")->excludes(json_flag);
+  app_->add_flag("--quiet", quiet, "Print no table; the exit status tells");
 }
 
 const char* engine_name(Method method) { return method == Method::runge_kutta ? "rk87" : "cvodes"; }
@@ -98,7 +111,7 @@ Method CommandLine::method() const {
 
 void CommandLine::store_numbers() {
   for (const auto& number : numbers_) {
-    if (number->option->count() == 0) continue;
+    if (!given(number->option)) continue;
     if (!number->word.empty() && number->text == number->word) {
       number->store_word();
     } else {
@@ -132,15 +145,15 @@ std::string CommandLine::explain(const CLI::ParseError& error) const {
 
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   try {
-    app_.parse(argc, argv);
+    app_->parse(argc, argv);
     store_numbers();
     check_choices();
     read_variation();
     if (!csv.empty()) check_writable("--csv", csv);
-    if (csv.empty() && csv_option_ != nullptr && csv_option_->count() > 0) throw BadInput("--csv '' is not a file name");
+    if (csv.empty() && csv_option_ != nullptr && given(csv_option_)) throw BadInput("--csv '' is not a file name");
     return std::nullopt;
   } catch (const CLI::Success& done) {
-    const int status = app_.exit(done);
+    const int status = app_->exit(done);
     std::cout.flush();
     if (std::cout) return status;
     fmt::print(stderr, "{}: the output could not be written\n", tool_);

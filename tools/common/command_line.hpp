@@ -4,11 +4,18 @@
 
 #include <costate/flow.hpp>
 
-#include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+// CLI11 stays in the sources: it costs every file that sees it seconds of compilation.
+namespace CLI {
+class App;
+class Option;
+class ParseError;
+}  // namespace CLI
 
 namespace costate::tools {
 
@@ -45,6 +52,9 @@ struct Variation {
 class CommandLine {
  public:
   CommandLine(const std::string& tool, const std::string& description);
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+  ~CommandLine();
 
   /// A number with a default, which `help` need not repeat.
   void number(const std::string& flag, double& target, const Range& range, const std::string& help);
@@ -58,7 +68,7 @@ class CommandLine {
   /// A switch.
   void toggle(const std::string& flag, bool& target, const std::string& help);
   /// Text after the list of flags in --help.
-  void footer(const std::string& text) { app_.footer(text); }
+  void footer(const std::string& text);
 
   /// Adds --accuracy, --engine, --json, --csv and --quiet.
   void solver_flags();
@@ -94,13 +104,16 @@ class CommandLine {
     std::string* target;
     std::vector<std::string> words;
   };
+  /// An option whose text is kept as it is given. `type` is how --help names its value.
+  CLI::Option* text(const std::string& flag, std::string& target, const std::string& help, const std::string& type);
+  [[nodiscard]] static bool given(const CLI::Option* option);
   Number& add(const std::string& flag, const Range& range, const std::string& help);
   void store_numbers();
   void read_variation();
   void check_choices() const;
   [[nodiscard]] std::string explain(const CLI::ParseError& error) const;
 
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
   std::string engine_ = engine_name(Method::adams);
   CLI::Option* csv_option_ = nullptr;
   std::string vary_, at_;

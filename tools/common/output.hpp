@@ -4,7 +4,7 @@
 
 #include "outcome.hpp"
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace costate::tools {

@@ -41,19 +41,18 @@ int parse_count(const std::string& flag, const std::string& text) {
 
 void CommandLine::variation_flags() {
   for (const auto& number : numbers_) variable_.push_back(number.get());
-  vary_option_ =
-      app_.add_option("--vary", vary_,
+  vary_option_ = text("--vary", vary_,
                       "Follow the solution while a number of the scene runs from one value to another; with COUNT, "
                       "evenly spaced values are shown, else the steps taken. --csv then has one line a point, and none "
-                      "for events")
-          ->type_name("NAME=FROM:TO[:COUNT]");
-  at_option_ = app_.add_option("--at", at_, "With --vary: further values to show")->type_name("VALUE,...");
+                      "for events",
+                      "NAME=FROM:TO[:COUNT]");
+  at_option_ = text("--at", at_, "With --vary: further values to show", "VALUE,...");
 }
 
 void CommandLine::read_variation() {
   if (vary_option_ == nullptr) return;
-  if (vary_option_->count() == 0) {
-    if (at_option_->count() > 0) throw BadInput("--at needs --vary: it names values on the way");
+  if (!given(vary_option_)) {
+    if (given(at_option_)) throw BadInput("--at needs --vary: it names values on the way");
     return;
   }
   const auto equals = vary_.find('=');
@@ -67,7 +66,7 @@ void CommandLine::read_variation() {
         fmt::format("--vary '{}' names no number of the scene: NAME=FROM:TO[:COUNT] with NAME one of {}", vary_, names));
   }
   const Number& number = **found;
-  if (number.option->count() > 0) throw BadInput(fmt::format("--vary {} and {} exclude each other", name, number.flag));
+  if (given(number.option)) throw BadInput(fmt::format("--vary {} and {} exclude each other", name, number.flag));
   const std::vector<std::string> parts = split(equals == std::string::npos ? "" : vary_.substr(equals + 1), ':');
   if (parts.size() < 2 || parts.size() > 3) {
     throw BadInput(fmt::format("--vary '{}' is not of the form NAME=FROM:TO[:COUNT]; {} admits {}", vary_, name,
@@ -90,7 +89,7 @@ void CommandLine::read_variation() {
                                       : std::lerp(variation.from, variation.to, static_cast<double>(i) / (count - 1)));
     }
   }
-  if (at_option_->count() > 0) {
+  if (given(at_option_)) {
     const double low = std::min(variation.from, variation.to), high = std::max(variation.from, variation.to);
     for (const std::string& text : split(at_, ',')) values.push_back(parse_number("--at", text, {low, high, number.unit}));
     values.push_back(variation.from);

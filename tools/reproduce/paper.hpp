@@ -4,7 +4,6 @@
 
 #include "cases.hpp"
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>

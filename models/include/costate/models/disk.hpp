@@ -80,7 +80,24 @@ struct LimitingFriction {
 };
 
 /// The free arc as it is integrated: z = (φ, λφ), p = (λx, λy), w = (x, y). A pendulum in 2φ.
-using FreeArc = Pontryagin<FreeRolling, FastestRolling>;
+///
+/// H = −1 + √(A² + λφ²) vanishes, so (V, Ω) = (A, λφ), and with A_φ = λy cos φ − λx sin φ
+///
+///     φ' = λφ,   λφ' = −A A_φ,   x' = A cos φ,   y' = A sin φ:
+///
+/// the flow of FreeRolling under FastestRolling in a form without roots, on H = 0, where the tests hold one against the other. Like
+/// there H is a constant of the motion: ½(A² + λφ²)' = A A_φ λφ − λφ A A_φ.
+struct FreeArc {
+  static constexpr int states = 2, parameters = 2, quadratures = 2;
+  template <class S>
+  Rates<S, 2, 2> rates(const S&, const Vec<S, 2>& z, const Vec<S, 2>& p) const {
+    const auto& [phi, lambda_phi] = z;
+    const auto& [lambda_x, lambda_y] = p;
+    const S cosine = cos(phi), sine = sin(phi);
+    const S A = lambda_x * cosine + lambda_y * sine;
+    return {{lambda_phi, A * (lambda_x * sine - lambda_y * cosine)}, {A * cosine, A * sine}};
+  }
+};
 
 /// The saturated arc as it is integrated: z = (φ, ν, V', λφ) with V = V₁ + ℓν, p = (λx, λy, V₁, ℓ, τ), w = (x, y, q₁, q₂);
 /// Ω = τ√(1 − V²), τ = ±1.

@@ -32,24 +32,26 @@ struct Scene {
   [[nodiscard]] Friction<double> friction() const { return {mu, beta}; }
 };
 
-/// The model: states x, y, v; control θ; parameters μ, β, g.
+/// The model: states x, y, v; control (cos θ, sin θ) on the unit circle; parameters μ, β, g.
 struct Bead {
-  static constexpr int states = 3, cyclic = 2, controls = 1, parameters = 3;
+  static constexpr int states = 3, cyclic = 2, controls = 2, parameters = 3;
   template <class S>
-  Vec<S, 3> dynamics(const Vec<S, 3>& q, const Vec<S, 1>& u, const Vec<S, 3>& p) const {
+  Vec<S, 3> dynamics(const Vec<S, 3>& q, const Vec<S, 2>& u, const Vec<S, 3>& p) const {
     const auto& [x, y, v] = q;
+    const auto& [cosine, sine] = u;
     const auto& [mu, beta, g] = p;
-    const S sine = sin(u[0]);
-    return {v * cos(u[0]), v * sine, Friction<S>{mu, beta}.force(v) - g * sine};
+    return {v * cosine, v * sine, Friction<S>{mu, beta}.force(v) - g * sine};
   }
 };
 
-/// The slope that maximises H, [N] (51).
+/// The slope that maximises H: along (vλx, vλy − gλv), [N] (51).
 struct FastestSlope {
   template <class S>
-  Vec<S, 1> control(const Vec<S, 3>& q, const Vec<S, 3>& costate, const Vec<S, 3>& p) const {
+  Vec<S, 2> control(const Vec<S, 3>& q, const Vec<S, 3>& costate, const Vec<S, 3>& p) const {
     const auto& [lambda_x, lambda_y, lambda_v] = costate;
-    return {atan2(q[2] * lambda_y - p[2] * lambda_v, q[2] * lambda_x)};
+    const S along = q[2] * lambda_x, across = q[2] * lambda_y - p[2] * lambda_v;
+    const S inverse = 1.0 / sqrt(along * along + across * across);
+    return {along * inverse, across * inverse};
   }
 };
 
