@@ -15,7 +15,7 @@ namespace {
 std::atomic<long> allocations{0};
 }
 
-// Every allocation by new, and by the containers that stand on it, is counted. Eigen's vectors use malloc.
+// Every allocation by new, and by the containers that stand on it, is counted. Not what goes to malloc: Eigen's vectors, and CVODES' own.
 void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
@@ -116,6 +116,26 @@ TEST_P(EveryEngine, FollowsAParameter) {
   }
   // Two integrations a point would be one to correct a prediction and one to confirm it.
   EXPECT_LT(integrations, 2 * std::ssize(roots));
+}
+
+TEST(Shooting, ReportsAreMadeWithoutAnotherIntegration) {
+  Shooting shooting(limited_disk()), other(limited_disk());
+  const Eigen::VectorXd y = rough_start(true);
+  EXPECT_TRUE(shooting.evaluate(y, {}, Extent::equations).reports().empty());
+  const Eigen::VectorXd rows = shooting.residual(shooting.evaluate(y, {}, Extent::equations));
+  const long integrations = shooting.statistics().integrations;
+  const Shot& later = shooting.evaluate(y);
+  const Shot& at_once = other.evaluate(y);
+  EXPECT_EQ(shooting.statistics().integrations, integrations);
+  EXPECT_EQ(shooting.residual(later), rows);
+  ASSERT_EQ(later.reports().size(), at_once.reports().size());
+  for (std::size_t i = 0; i < later.reports().size(); ++i) {
+    EXPECT_EQ(later.reports()[i].name, at_once.reports()[i].name);
+    EXPECT_EQ(later.reports()[i].value.value, at_once.reports()[i].value.value);
+  }
+  ASSERT_EQ(later.guards().size(), at_once.guards().size());
+  ASSERT_EQ(later.arcs().size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(later.arcs()[i].quadrature, at_once.arcs()[i].quadrature);
 }
 
 small::Equations equations(std::vector<Unknown> unknowns, small::Equations::RowsOf rows) {

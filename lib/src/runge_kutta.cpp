@@ -22,6 +22,7 @@ constexpr double retreat = 0.25;                       // after a right-hand sid
 constexpr int most_retreats = 10;                      // in a row
 // The step is stretched by a tenth to reach the end: the error grows by (1.1)⁸ = 2.1, and safety⁻⁸ = 2.3 are in hand.
 constexpr double stretch = 1.1;
+static_assert(safety * stretch < 1.0, "a stretched step that is refused must not be stretched to the same again");
 constexpr double samples = 8.0;  // the parts of a step between which the right-hand side is evaluated
 constexpr int stiff_steps = 15;  // in a row that stability has limited
 // Stages are summed with coefficients of about this size.
