@@ -135,6 +135,13 @@ TEST(TestSet, StiffLayersAreSolvedByBackwardDifferences) {
   }
 }
 
+/// The same where another method is asked for: neither could take the steps that stability asks for, and both end in time to say so.
+TEST(TestSet, StiffLayersLeadToBackwardDifferencesFromEitherEngine) {
+  for (const Method method : {Method::adams, Method::runge_kutta}) {
+    expect_all_solved(List<Problem8>{}, {1e-6}, SolveOptions{.accuracy = 1e-6, .method = method});
+  }
+}
+
 /// Where the statement alone leads nowhere, a homotopy from a mild parameter does.
 TEST(TestSet, HardNonlinearProblemsAreSolvedByHomotopy) {
   const auto from = [](double value) { return SolveOptions{.accuracy = 1e-7, .homotopy = Homotopy{"epsilon", value}}; };

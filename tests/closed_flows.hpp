@@ -10,6 +10,7 @@
 
 #include <initializer_list>
 #include <stdexcept>
+#include <string>
 
 namespace costate::closed {
 
@@ -114,6 +115,10 @@ inline Eigen::VectorXd vector(std::initializer_list<double> values) {
 inline double largest(const Eigen::MatrixXd& m) { return m.size() == 0 ? 0.0 : m.cwiseAbs().maxCoeff(); }
 inline FlowOptions options(Method method, double tolerance) {
   return {.tolerance = {tolerance, tolerance}, .method = method, .max_steps = 200000};
+}
+
+inline std::string name(Method method) {
+  return method == Method::adams ? "adams" : method == Method::bdf ? "bdf" : "runge_kutta";
 }
 
 /// A flow's end and its derivatives in all directions (z0, p, t0, t1), in this order, from the closed form.

@@ -84,11 +84,11 @@ TEST_F(CoulombTool, BeadThatStopsIsStatusThreeAndSaysWhere) {
 
 TEST_F(CoulombTool, JsonHasTheReferenceValuesAndTheContract) {
   const json result = solved_json({"--mu", "1", "--accuracy", "1e-11"});
-  for (const char* key : {"schema", "model", "scene", "status", "structure", "final_time", "switching_times", "unknowns",
-                          "limits", "error_bound", "certificate", "cost", "message"}) {
+  for (const char* key : {"schema", "model", "scene", "engine", "status", "structure", "final_time", "switching_times",
+                          "unknowns", "limits", "error_bound", "certificate", "cost", "message"}) {
     EXPECT_TRUE(result.contains(key)) << key;
   }
-  EXPECT_EQ(result.size(), 13U);
+  EXPECT_EQ(result.size(), 14U);
   EXPECT_EQ(result["model"], "coulomb");
   EXPECT_EQ(result["structure"], json::array({"sliding"}));
   for (const char* name : {"drop", "span", "gravity", "mu"}) EXPECT_TRUE(result["scene"][name].is_number()) << name;

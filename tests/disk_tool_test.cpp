@@ -72,7 +72,7 @@ TEST_F(Tool, SceneOutOfReachIsStatusFourInTime) {
   EXPECT_LT(took.count(), 10.0);
 }
 
-const Arguments json_keys{"schema",  "model",  "scene",       "status",      "structure", "final_time", "switching_times",
+const Arguments json_keys{"schema",  "model",  "scene", "engine", "status",      "structure", "final_time", "switching_times",
                           "unknowns", "limits", "error_bound", "certificate", "cost",      "message"};
 
 TEST_F(Tool, JsonHasTheSameKeysWhateverBecameOfTheScene) {

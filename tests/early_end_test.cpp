@@ -101,8 +101,8 @@ TEST_P(EarlyEnd, OtherExceptionsOfTheFieldPassThrough) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Flow, EarlyEnd, testing::Values(Method::adams, Method::bdf),
-                         [](const auto& test) { return test.param == Method::adams ? "adams" : "bdf"; });
+INSTANTIATE_TEST_SUITE_P(Flow, EarlyEnd, testing::Values(Method::adams, Method::bdf, Method::runge_kutta),
+                         [](const auto& test) { return name(test.param); });
 
 }  // namespace
 }  // namespace costate

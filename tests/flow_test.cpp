@@ -136,11 +136,11 @@ TEST_P(EveryMethod, DoesNotReadMemoryItHasNotWritten) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Flow, EveryMethod,
-                         testing::Combine(testing::Values(Method::adams, Method::bdf),
+                         testing::Combine(testing::Values(Method::adams, Method::bdf, Method::runge_kutta),
                                           testing::Values(1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)),
                          [](const auto& test) {
                            const auto digits = std::lround(-std::log10(std::get<1>(test.param)));
-                           return (std::get<0>(test.param) == Method::adams ? "adams_" : "bdf_") + std::to_string(digits);
+                           return name(std::get<0>(test.param)) + '_' + std::to_string(digits);
                          });
 
 // A method of order q with local error tol has global error ~ tol^(q/(q+1)): with q ≥ 3 a hundredth of the tolerance leaves
@@ -149,7 +149,7 @@ TEST(Flow, ErrorShrinksWithTheTolerance) {
   const FieldOf<Oscillator> field;
   const VectorXd z0 = vector({0.8, -0.6}), p = vector({1.3});
   const Exact<Oscillator> exact(0.0, 20.0, z0, p);
-  for (const Method method : {Method::adams, Method::bdf}) {
+  for (const Method method : {Method::adams, Method::bdf, Method::runge_kutta}) {
     double previous = 1e300;
     for (const double tolerance : {1e-5, 1e-7, 1e-9, 1e-11}) {
       Flow flow(field, options(method, tolerance));

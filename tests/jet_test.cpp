@@ -82,6 +82,29 @@ TEST(Jet, GradientsMergeInAscendingOrderWithoutRepeats) {
   EXPECT_EQ((low - odd).derivative(5), -50.0);
 }
 
+// Beyond the columns a jet has room for.
+TEST(Jet, LongGradientsAreCopiedMovedAndMerged) {
+  Jet even(1.0), odd(2.0);
+  for (int column = 0; column < 24; ++column) (column % 2 == 0 ? even : odd) += Jet::variable(0.0, column, column + 1.0);
+  const Jet sum = even + odd;
+  Jet copy = sum;
+  copy = sum;
+  Jet moved = std::move(copy);
+  copy = Jet::variable(1.0, 3);  // to be used again after a move
+  moved += copy;
+  EXPECT_EQ(copy.derivative(3), 1.0);
+  EXPECT_EQ(columns(moved).size(), 24U);
+  for (int column = 0; column < 24; ++column) {
+    EXPECT_EQ(sum.derivative(column), column + 1.0);
+    EXPECT_EQ(moved.derivative(column), column + 1.0 + (column == 3 ? 1.0 : 0.0));
+  }
+  Jets many;
+  for (int i = 0; i < 12; ++i) many.push_back(i * sum);
+  many = Jets(many.begin() + 1, many.end());
+  ASSERT_EQ(many.size(), 11U);
+  EXPECT_EQ(many.back().derivative(23), 11.0 * 24.0);
+}
+
 TEST(Jet, ChainScalesEachArgument) {
   const Jet a(2.0, {{0, 1.0}, {1, 2.0}});
   const Jet b(3.0, {{1, 5.0}, {2, 7.0}});

@@ -43,7 +43,7 @@ TEST_F(NormalTool, EndOutOfReachIsStatusThreeAndNamesTheLimit) {
 }
 
 TEST_F(NormalTool, JsonHasTheSameKeysWhateverBecameOfTheScene) {
-  const Arguments keys{"schema",   "model",  "scene",       "status",      "structure", "final_time", "switching_times",
+  const Arguments keys{"schema",   "model",  "scene", "engine",       "status",      "structure", "final_time", "switching_times",
                        "unknowns", "limits", "error_bound", "certificate", "cost",      "message"};
   const std::vector<std::pair<Arguments, std::string>> cases{{{}, "solved"},
                                                              {{"--beta", "0", "--mu", "0"}, "solved"},

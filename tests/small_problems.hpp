@@ -107,7 +107,7 @@ class TimeOptimalTransfer final : public Problem {
                                  .t0 = 0.0,
                                  .t1 = backward_ ? -second : second,
                                  .clock = clock,
-                                 .state = backward_ ? std::vector<Jet>{1.0, 0.0} : middle.state,
+                                 .state = backward_ ? Jets{1.0, 0.0} : middle.state,
                                  .parameter = {-1.0}});
     shot.row(0, end.state[0] - (backward_ ? middle.state[0] : Jet(1.0)));
     shot.row(1, end.state[1] - (backward_ ? middle.state[1] : Jet(0.0)));

@@ -77,11 +77,11 @@ class ExtremalProblem::Pass {
                   .clock = time_.value,
                   .quadrature = {cost_},
                   .parameter = {-1.0}};
-    from.state.insert(from.state.end(), x_.begin() + index(cyclic), x_.begin() + index(n_));
-    from.state.insert(from.state.end(), x_.begin() + index(n_ + cyclic), x_.begin() + index(2 * n_));
-    from.quadrature.insert(from.quadrature.end(), x_.begin(), x_.begin() + index(cyclic));
-    from.parameter.insert(from.parameter.end(), x_.begin() + index(n_), x_.begin() + index(n_ + cyclic));
-    from.parameter.insert(from.parameter.end(), x_.begin() + index(2 * n_), x_.end());
+    from.state.append(x_.begin() + index(cyclic), x_.begin() + index(n_));
+    from.state.append(x_.begin() + index(n_ + cyclic), x_.begin() + index(2 * n_));
+    from.quadrature.append(x_.begin(), x_.begin() + index(cyclic));
+    from.parameter.append(x_.begin() + index(n_), x_.begin() + index(n_ + cyclic));
+    from.parameter.append(x_.begin() + index(2 * n_), x_.end());
     measure(arc);
     const ArcEnd to = shot_.arc(from);
     cost_ = to.quadrature[0];

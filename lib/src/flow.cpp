@@ -18,6 +18,16 @@ Statistics& Statistics::operator+=(const Statistics& other) {
   return *this;
 }
 
+Statistics& Statistics::operator-=(const Statistics& other) {
+  integrations -= other.integrations;
+  steps -= other.steps;
+  rhs_evaluations -= other.rhs_evaluations;
+  sensitivity_evaluations -= other.sensitivity_evaluations;
+  error_test_failures -= other.error_test_failures;
+  exhausted -= other.exhausted;
+  return *this;
+}
+
 Flow::Flow(const Field& field, FlowOptions options) : field_(&field), options_(options) {}
 Flow::~Flow() = default;
 Flow::Flow(Flow&&) noexcept = default;
@@ -28,7 +38,9 @@ Integrator& Flow::integrator(int directions) {
     return integrator->directions() == directions && integrator->method() == options_.method;
   });
   if (found != integrators_.end()) return **found;
-  return *integrators_.emplace_back(make_cvodes(*field_, options_.method, directions));
+  return *integrators_.emplace_back(options_.method == Method::runge_kutta
+                                        ? make_runge_kutta(*field_, directions)
+                                        : make_cvodes(*field_, options_.method, directions));
 }
 
 std::span<const double> Flow::advance(double t0, double t1, std::span<const double> z0, std::span<const double> p, int d) {

@@ -33,4 +33,7 @@ class Integrator {
 /// Adams–Moulton or BDF by CVODES.
 [[nodiscard]] std::unique_ptr<Integrator> make_cvodes(const Field& field, Method method, int directions);
 
+/// A one-step method: Verner's Runge–Kutta pair of orders 8 and 7.
+[[nodiscard]] std::unique_ptr<Integrator> make_runge_kutta(const Field& field, int directions);
+
 }  // namespace costate

@@ -12,33 +12,37 @@ double Jet::derivative(int column) const {
   return at != gradient_.end() && at->column == column ? at->derivative : 0.0;
 }
 
-Jet Jet::chain(const Jet& a, double f, double derivative) {
-  Jet r(f, a.gradient_);
-  for (Entry& entry : r.gradient_) entry.derivative *= derivative;
-  return r;
-}
-
-Jet Jet::chain(const Jet& a, const Jet& b, double f, double fa, double fb) {
-  if (b.gradient_.empty()) return chain(a, f, fa);
-  if (a.gradient_.empty()) return chain(b, f, fb);
-  Gradient merged;
-  merged.reserve(a.gradient_.size() + b.gradient_.size());
-  auto i = a.gradient_.begin();
-  auto j = b.gradient_.begin();
-  while (i != a.gradient_.end() || j != b.gradient_.end()) {
-    if (j == b.gradient_.end() || (i != a.gradient_.end() && i->column < j->column)) {
-      merged.push_back({i->column, fa * i->derivative});
+Jet Jet::merge(const Jet& a, const Jet& b, double f, double fa, double fb) {
+  const auto same = [](const Entry& x, const Entry& y) { return x.column == y.column; };
+  if (std::equal(a.gradient_.begin(), a.gradient_.end(), b.gradient_.begin(), b.gradient_.end(), same)) {
+    Jet r(f);
+    Entry* to = r.gradient_.extend(a.gradient_.size());
+    const Entry* other = b.gradient_.begin();
+    for (const Entry& entry : a.gradient_) {
+      to->column = entry.column;
+      to++->derivative = fa * entry.derivative + fb * (other++)->derivative;
+    }
+    return r;
+  }
+  Jet r(f);
+  const Entry *i = a.gradient_.begin(), *j = b.gradient_.begin();
+  const Entry *const i_end = a.gradient_.end(), *const j_end = b.gradient_.end();
+  while (i != i_end && j != j_end) {
+    if (i->column == j->column) {
+      r.gradient_.push_back({i->column, fa * i->derivative + fb * j->derivative});
       ++i;
-    } else if (i == a.gradient_.end() || j->column < i->column) {
-      merged.push_back({j->column, fb * j->derivative});
       ++j;
-    } else {
-      merged.push_back({i->column, fa * i->derivative + fb * j->derivative});
+    } else if (i->column < j->column) {
+      r.gradient_.push_back({i->column, fa * i->derivative});
       ++i;
+    } else {
+      r.gradient_.push_back({j->column, fb * j->derivative});
       ++j;
     }
   }
-  return {f, std::move(merged)};
+  for (; i != i_end; ++i) r.gradient_.push_back({i->column, fa * i->derivative});
+  for (; j != j_end; ++j) r.gradient_.push_back({j->column, fb * j->derivative});
+  return r;
 }
 
 Jet sqrt(const Jet& a, const char* what) {

@@ -1,4 +1,4 @@
-#include "sundials.hpp"
+#include "vector.hpp"
 
 #include <costate/nonlinear.hpp>
 
@@ -34,7 +34,7 @@ bool NonlinearSystem::factorise(const Eigen::VectorXd& y) {
 struct Kinsol::Memory {
   explicit Memory(Eigen::Index n)
       : context(sundials::make_context()),
-        y(owned(N_VNew_Serial(n, context.get()), "N_VNew_Serial")),
+        y(sundials::make_vector(static_cast<int>(n), 1, context.get())),
         y_weight(owned(N_VClone(y.get()), "N_VClone")),
         r_weight(owned(N_VClone(y.get()), "N_VClone")),
         matrix(owned(SUNMatNewEmpty(context.get()), "SUNMatNewEmpty")),

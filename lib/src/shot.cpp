@@ -8,10 +8,9 @@ namespace costate {
 
 namespace {
 
-Eigen::VectorXd values(const std::vector<Jet>& jets) {
-  Eigen::VectorXd v(static_cast<Eigen::Index>(jets.size()));
-  for (Eigen::Index i = 0; i < v.size(); ++i) v[i] = jets[static_cast<std::size_t>(i)].value;
-  return v;
+void values(const Jets& jets, Eigen::VectorXd& v) {
+  v.resize(static_cast<Eigen::Index>(jets.size()));
+  for (std::size_t i = 0; i < jets.size(); ++i) v[static_cast<Eigen::Index>(i)] = jets[i].value;
 }
 
 /// The directions in which an arc must be differentiated, and the way back from them to the columns of the problem.
@@ -19,83 +18,80 @@ Eigen::VectorXd values(const std::vector<Jet>& jets) {
 /// Either one direction per column that moves any input, or one per input that moves at all: whichever is fewer.
 class Seeding {
  public:
-  Seeding(const std::vector<Jet>& state, const std::vector<Jet>& parameter) : state_(&state), parameter_(&parameter) {
-    for (const auto* inputs : {&state, &parameter}) {
-      for (const Jet& input : *inputs) {
-        if (!input.gradient().empty()) ++inputs_;
-        for (const auto& entry : input.gradient()) columns_.push_back(entry.column);
+  /// `columns` is room to work in.
+  Seeding(const Jets& state, const Jets& parameter, std::vector<int>& columns)
+      : state_(state), parameter_(parameter), columns_(columns) {
+    columns_.clear();
+    std::size_t inputs = 0;
+    for (const Jets* jets : {&state, &parameter}) {
+      for (const Jet& input : *jets) {
+        if (input.gradient().empty()) continue;
+        ++inputs;
+        for (const auto& entry : input.gradient()) add(entry.column);
       }
     }
-    std::sort(columns_.begin(), columns_.end());
-    columns_.erase(std::unique(columns_.begin(), columns_.end()), columns_.end());
-    by_column_ = static_cast<Eigen::Index>(columns_.size()) <= inputs_;
+    by_column_ = columns_.size() <= inputs;
+    count_ = by_column_ ? columns_.size() : inputs;
   }
 
-  [[nodiscard]] Directions directions() const {
-    const Eigen::Index d = by_column_ ? static_cast<Eigen::Index>(columns_.size()) : inputs_;
-    Directions r{Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(state_->size()), d),
-                 Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(parameter_->size()), d)};
-    Eigen::Index input = 0;
-    fill(*state_, r.state, input);
-    fill(*parameter_, r.parameter, input);
-    return r;
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+  /// Numbers and their derivatives as Flow::advance takes them.
+  void lift(std::vector<double>& state, std::vector<double>& parameter) const {
+    std::size_t input = 0;
+    fill(state_, state, input);
+    fill(parameter_, parameter, input);
   }
 
-  /// value with the gradient that `derivative` (one row over the directions) implies.
-  [[nodiscard]] Jet jet(double value, const Eigen::Ref<const Eigen::RowVectorXd>& derivative) const {
+  /// A number with its derivatives as Flow::advance returns them, and what an end time adds to it.
+  [[nodiscard]] Jet jet(const double* number, const Jet& end_time, double rate) const {
+    Jet sum(number[0]);
     if (by_column_) {
-      Jet::Gradient gradient(columns_.size());
-      for (std::size_t j = 0; j < columns_.size(); ++j) {
-        gradient[j] = {columns_[j], derivative[static_cast<Eigen::Index>(j)]};
+      Jet::Gradient gradient;
+      Jet::Entry* entry = gradient.extend(count_);
+      for (std::size_t j = 0; j < count_; ++j) *entry++ = {columns_[j], number[1 + j]};
+      sum = Jet(number[0], std::move(gradient));
+    } else {
+      const double* derivative = number + 1;
+      for (const Jets* jets : {&state_, &parameter_}) {
+        for (const Jet& from : *jets) {
+          if (!from.gradient().empty()) sum = Jet::chain(sum, from, sum.value, 1.0, *derivative++);
+        }
       }
-      return {value, std::move(gradient)};
     }
-    Jet sum(value);
-    Eigen::Index input = 0;
-    for (const auto* inputs : {state_, parameter_}) {
-      for (const Jet& from : *inputs) {
-        if (!from.gradient().empty()) sum += Jet::chain(from, 0.0, derivative[input++]);
-      }
-    }
-    return sum;
+    return end_time.gradient().empty() ? sum : Jet::chain(sum, end_time, sum.value, 1.0, rate);
   }
 
  private:
-  void fill(const std::vector<Jet>& inputs, Eigen::MatrixXd& seeds, Eigen::Index& input) const {
-    for (std::size_t i = 0; i < inputs.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      if (inputs[i].gradient().empty()) continue;
+  /// Columns ascend, and there are few.
+  void add(int column) {
+    const auto at = std::lower_bound(columns_.begin(), columns_.end(), column);
+    if (at == columns_.end() || *at != column) columns_.insert(at, column);
+  }
+  void fill(const Jets& inputs, std::vector<double>& numbers, std::size_t& input) const {
+    numbers.assign(inputs.size() * (1 + count_), 0.0);
+    double* number = numbers.data();
+    for (const Jet& jet : inputs) {
+      number[0] = jet.value;
       if (by_column_) {
-        for (std::size_t j = 0; j < columns_.size(); ++j) {
-          seeds(row, static_cast<Eigen::Index>(j)) = inputs[i].derivative(columns_[j]);
+        std::size_t j = 0;
+        for (const auto& entry : jet.gradient()) {
+          while (columns_[j] != entry.column) ++j;
+          number[1 + j] = entry.derivative;
         }
-      } else {
-        seeds(row, input++) = 1.0;
+      } else if (!jet.gradient().empty()) {
+        number[1 + input++] = 1.0;
       }
+      number += 1 + count_;
     }
   }
 
-  const std::vector<Jet>* state_;
-  const std::vector<Jet>* parameter_;
-  std::vector<int> columns_;
-  Eigen::Index inputs_ = 0;
+  const Jets& state_;
+  const Jets& parameter_;
+  std::vector<int>& columns_;
+  std::size_t count_ = 0;
   bool by_column_ = true;
 };
-
-ArcRecord record_of(const ArcStart& start, const SegmentPlace& place) {
-  return {.arc = start.arc,
-          .place = place,
-          .field = start.field,
-          .t0 = start.t0.value,
-          .t1 = start.t1.value,
-          .clock = start.clock,
-          .time_quadrature = start.time_quadrature,
-          .state = values(start.state),
-          .quadrature = values(start.quadrature),
-          .parameter = values(start.parameter),
-          .end_state = {},
-          .constants = {}};
-}
 
 }  // namespace
 
@@ -122,11 +118,40 @@ Statistics FlowCache::statistics() const {
   return sum;
 }
 
+void Shot::restart(std::span<const double> y, bool wants_reports) {
+  if (y.size() != unknowns_.size() + nodes_.size()) throw InternalError("a shot is restarted with another number of values");
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    (i < unknowns_.size() ? unknowns_[i] : nodes_[i - unknowns_.size()]).value = y[i];
+  }
+  wants_reports_ = wants_reports;
+  replays_ = false;
+  reached_.clear();
+  begin();
+}
+
+void Shot::replay() {
+  wants_reports_ = replays_ = true;
+  begin();
+}
+
+void Shot::begin() {
+  next_reached_ = 0;
+  recorded_ = 0;
+  next_node_ = 0;
+  calls_ = 0;
+  place_ = {};
+  matches_.clear();
+  reports_.clear();
+  guards_.clear();
+}
+
+void Shot::finish() { arcs_.resize(recorded_); }
+
 ArcEnd Shot::arc(const ArcStart& start) {
   place_ = {calls_++, 0};
   if (sketch_) return sketched(start);
   try {
-    if (cuts_ == nullptr || place_.call >= cuts_->size()) return integrate(start);
+    if (cuts_ == nullptr || place_.call >= cuts_->size() || (*cuts_)[place_.call].empty()) return integrate(start);
     ArcStart segment = start;
     const auto n = static_cast<std::size_t>(start.field->states());
     const auto k = static_cast<std::size_t>(start.field->quadratures());
@@ -147,58 +172,95 @@ ArcEnd Shot::arc(const ArcStart& start) {
   }
 }
 
-std::vector<Jet> Shot::node(std::size_t count) {
+Jets Shot::node(std::size_t count) {
   const auto begin = nodes_.begin() + static_cast<std::ptrdiff_t>(next_node_);
   next_node_ += count;
   if (next_node_ > nodes_.size()) throw InternalError("an arc has more nodes than there are values for");
   return {begin, begin + static_cast<std::ptrdiff_t>(count)};
 }
 
+/// The next record, but for the end state.
+ArcRecord& Shot::record(const ArcStart& start) {
+  if (recorded_ == arcs_.size()) arcs_.emplace_back();
+  ArcRecord& record = arcs_[recorded_++];
+  record.arc = start.arc;
+  record.place = place_;
+  record.field = start.field;
+  record.t0 = start.t0.value;
+  record.t1 = start.t1.value;
+  record.clock = start.clock;
+  record.time_quadrature = start.time_quadrature;
+  record.time_unit = 1.0;
+  values(start.state, record.state);
+  values(start.quadrature, record.quadrature);
+  values(start.parameter, record.parameter);
+  record.constants.clear();
+  return record;
+}
+
 ArcEnd Shot::sketched(const ArcStart& start) {
-  ArcRecord record = record_of(start, place_);
   ArcEnd end{start.state, start.quadrature};
   if (const auto guess = sketch_(start.arc)) end.state.assign(guess->begin(), guess->end());
-  record.end_state = values(end.state);
-  arcs_.push_back(std::move(record));
+  values(end.state, record(start).end_state);
   return end;
 }
 
-ArcEnd Shot::integrate(const ArcStart& start) {
-  const Field& field = *start.field;
-  ArcRecord record = record_of(start, place_);
-  // A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so the start time moves z₀ by −f(z₀).
-  std::vector<Jet> state = start.state;
-  std::vector<Jet> quadrature = start.quadrature;
-  if (!start.t0.gradient().empty()) {
-    Eigen::VectorXd dz(field.states());
-    Eigen::VectorXd dw(field.quadratures());
-    if (!field.rates(record.t0, record.state, record.parameter, dz, dw)) {
-      throw LeftDomain(fmt::format("the right-hand side is not finite at t = {:.6g}", record.t0));
-    }
-    const Jet moved(0.0, start.t0.gradient());
-    for (std::size_t i = 0; i < state.size(); ++i) state[i] -= moved * dz[static_cast<Eigen::Index>(i)];
-    for (std::size_t i = 0; i < quadrature.size(); ++i) quadrature[i] -= moved * dw[static_cast<Eigen::Index>(i)];
+/// f and q at the values of an arc, which are `stride` apart.
+void Shot::rates(double t, const ArcStart& start, const double* state, std::size_t stride, double* result) const {
+  const auto n = static_cast<std::size_t>(start.field->states()), k = static_cast<std::size_t>(start.field->quadratures());
+  ShortVector<double, 16> z, p;
+  for (std::size_t i = 0; i < n; ++i) z.push_back(state[i * stride]);
+  for (const Jet& parameter : start.parameter) p.push_back(parameter.value);
+  if (!start.field->variation(t, {z.data(), n}, {p.data(), p.size()}, 0, {result, n + k})) {
+    throw LeftDomain(fmt::format("the right-hand side is not finite at t = {:.6g}", t));
   }
-  const Seeding seeding(state, start.parameter);
-  const Jet elapsed(0.0, start.t1.gradient());
-  const FlowEnd& end = (*flows_)[field].run(record.t0, record.t1, record.state, record.parameter, seeding.directions());
-  ArcEnd result;
-  for (Eigen::Index i = 0; i < end.state.size(); ++i) {
-    result.state.push_back(seeding.jet(end.state[i], end.state_directions.row(i)) + elapsed * end.state_rate[i]);
-  }
-  for (Eigen::Index i = 0; i < end.quadrature.size(); ++i) {
-    result.quadrature.push_back(quadrature[static_cast<std::size_t>(i)] +
-                                seeding.jet(end.quadrature[i], end.quadrature_directions.row(i)) +
-                                elapsed * end.quadrature_rate[i]);
-  }
-  record.end_state = end.state;
-  arcs_.push_back(std::move(record));
-  return result;
 }
 
-void Shot::complete(const std::vector<double>& origin, const std::vector<double>& constants, double time_unit) {
-  for (ArcRecord& record : arcs_) {
-    record.constants = constants;
+/// A later start is an earlier point of the same orbit: ∂z₁/∂t₀ = −Φ f(z₀), so a start time that moves z₀ by −f(z₀) need not move.
+ArcStart Shot::moved(const ArcStart& start) const {
+  ArcStart from = start;
+  ShortVector<double, 16> z, rate(start.state.size() + start.quadrature.size());
+  for (const Jet& value : start.state) z.push_back(value.value);
+  rates(start.t0.value, start, z.data(), 1, rate.data());
+  const double* next = rate.data();
+  for (Jets* jets : {&from.state, &from.quadrature}) {
+    for (Jet& jet : *jets) jet = Jet::chain(jet, start.t0, jet.value, 1.0, -*next++);
+  }
+  from.t0 = start.t0.value;
+  return from;
+}
+
+ArcEnd Shot::integrate(const ArcStart& start) {
+  if (!start.t0.gradient().empty()) return integrate(moved(start));
+  const Field& field = *start.field;
+  const auto n = static_cast<std::size_t>(field.states()), k = static_cast<std::size_t>(field.quadratures());
+  const Seeding seeding(start.state, start.parameter, scratch_.columns);
+  const std::size_t stride = 1 + seeding.count(), numbers = (n + k) * stride;
+  if (!replays_) {
+    seeding.lift(scratch_.state, scratch_.parameter);
+    const auto end = (*flows_)[field].advance(start.t0.value, start.t1.value, scratch_.state, scratch_.parameter,
+                                              static_cast<int>(seeding.count()));
+    reached_.resize(next_reached_ + numbers + n + k);
+    std::copy(end.begin(), end.end(), reached_.data() + next_reached_);
+    if (!start.t1.gradient().empty()) {
+      rates(start.t1.value, start, end.data(), stride, reached_.data() + next_reached_ + numbers);
+    }
+  }
+  const double *reached = reached_.data() + next_reached_, *rate = reached + numbers;
+  next_reached_ += numbers + n + k;
+  ArcEnd end;
+  for (std::size_t i = 0; i < n; ++i, reached += stride) end.state.push_back(seeding.jet(reached, start.t1, *rate++));
+  for (std::size_t i = 0; i < k; ++i, reached += stride) {
+    end.quadrature.push_back(start.quadrature[i] + seeding.jet(reached, start.t1, *rate++));
+  }
+  values(end.state, record(start).end_state);
+  return end;
+}
+
+void Shot::complete(std::span<const double> origin, std::span<const double> constants, double time_unit) {
+  for (std::size_t arc = 0; arc < recorded_; ++arc) {
+    ArcRecord& record = arcs_[arc];
+    record.constants.assign(constants.begin(), constants.end());
     record.time_unit = time_unit;
     for (std::size_t i = 0; i < origin.size(); ++i) record.quadrature[static_cast<Eigen::Index>(i)] += origin[i];
   }

@@ -139,13 +139,13 @@ class TwoPoint::Assembled final : public Problem {
     }
     if (of_.free_end_) t.back() = shot.unknown(unknown);
     for (std::size_t i = 0; i < fields_.size(); ++i) {
-      y.push_back(shot.arc({.arc = static_cast<int>(i),
-                            .field = fields_[i],
-                            .t0 = t[i],
-                            .t1 = t[i + 1],
-                            .state = y[i],
-                            .parameter = p})
-                      .state);
+      const ArcEnd end = shot.arc({.arc = static_cast<int>(i),
+                                   .field = fields_[i],
+                                   .t0 = t[i],
+                                   .t1 = t[i + 1],
+                                   .state = y[i],
+                                   .parameter = p});
+      y.emplace_back(end.state.begin(), end.state.end());
     }
     for (std::size_t i = 0; i < of_.states_.size(); ++i) {
       if (of_.states_[i].end) shot.row(row++, y.back()[i] - shot.parameter(known++));

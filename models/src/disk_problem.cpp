@@ -44,27 +44,32 @@ void DiskProblem::shoot(Shot& shot) const {
   std::size_t next_row = 0;
   const Anchor anchor = start_anchor(shot, scene, next_row);
 
-  std::vector<ArcEnds> ends(arcs_.size());
+  // For the guards alone.
+  std::vector<ArcEnds> ends(shot.wants_reports() ? arcs_.size() : 0);
   ChainPoint right = anchor.point;
   for (std::size_t i = anchor_.first_forward; i < arcs_.size(); ++i) {
-    ends[i].begin = right;
-    if (kind(i) == ArcKind::saturated) ends[i].begin.acceleration = departure(scene, i, +1, right);
+    if (!ends.empty()) {
+      ends[i].begin = right;
+      if (kind(i) == ArcKind::saturated) ends[i].begin.acceleration = departure(scene, i, +1, right);
+    }
     advance(shot, scene, anchor, i, +1, right, next_row);
-    ends[i].end = right;
+    if (!ends.empty()) ends[i].end = right;
   }
   ChainPoint left = anchor.point;
   for (std::size_t i = anchor_.first_forward; i-- > 0;) {
-    ends[i].end = left;
-    if (kind(i) == ArcKind::saturated) ends[i].end.acceleration = departure(scene, i, -1, left);
+    if (!ends.empty()) {
+      ends[i].end = left;
+      if (kind(i) == ArcKind::saturated) ends[i].end.acceleration = departure(scene, i, -1, left);
+    }
     advance(shot, scene, anchor, i, -1, left, next_row);
-    ends[i].begin = left;
+    if (!ends.empty()) ends[i].begin = left;
   }
 
   if (anchor_.inside()) shot.row(next_row++, left.phi);
   shot.row(next_row++, right.phi - scene.heading);
   shot.row(next_row++, right.x - left.x - scene.x);
   shot.row(next_row++, right.y - left.y - scene.y);
-  set_guards(shot, scene, anchor, ends);
+  if (shot.wants_reports()) set_guards(shot, scene, anchor, ends);
   report(shot, scene, anchor, left, right);
 }
 
@@ -217,6 +222,9 @@ void DiskProblem::report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anc
                          const ChainPoint& right) const {
   const Jet &T = scene.time, &c = scene.speed;
   const double side = scene.side;
+  shot.complete({-left.x.value, -left.y.value}, {anchor.lambda_x.value, anchor.lambda_y.value, left.lambda_phi.value},
+                T.value);
+  if (!shot.wants_reports()) return;
   // On a free arc λφ = Ω, with its sign.
   const Jet Omega = kind(0) == ArcKind::free ? left.lambda_phi : turning(left.V, arcs_[0]);
   Jet elapsed;
@@ -230,8 +238,6 @@ void DiskProblem::report(Shot& shot, const Scaled<Jet>& scene, const Anchor& anc
   shot.report("lambda_phi0", "s/rad", side * T * left.lambda_phi);
   shot.report("V0", "m/s", c * left.V);
   shot.report("Omega0", "rad/s", side * Omega / T);
-  shot.complete({-left.x.value, -left.y.value}, {anchor.lambda_x.value, anchor.lambda_y.value, left.lambda_phi.value},
-                T.value);
 }
 
 std::shared_ptr<const Problem> make_problem(const Scene& scene, const Structure& structure) {

@@ -103,7 +103,7 @@ template <class Orbit, class Fields>
 void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fields, const Orbit& orbit,
                          const std::array<Jet, 2>& constants_of_orbit, const Jet& start) const {
   const Jet& T = shot.unknown(2);
-  const auto arc = [&](int place, const Field& field, const Jet& from, const Jet& to, std::vector<Jet> at) {
+  const auto arc = [&](int place, const Field& field, const Jet& from, const Jet& to, Jets at) {
     return shot
         .arc({.arc = place,
               .field = &field,
@@ -115,7 +115,7 @@ void DragProblem::travel(Shot& shot, const Scaled<Jet>& scene, const Fields& fie
         .quadrature;
   };
   const Jet end = orbit.end_place(), middle = orbit.middle();
-  std::vector<Jet> left{0.0, 0.0, 0.0}, right{scene.x, scene.y, T};
+  Jets left{0.0, 0.0, 0.0}, right{scene.x, scene.y, T};
   if (arcs_ != Arcs::from_end) {
     left = arc(0, fields.before, orbit.variable(start, -1.0), arcs_ == Arcs::from_both ? middle : orbit.variable(end, -1.0),
                left);

@@ -83,7 +83,7 @@ class NormalFrictionProblem final : public Problem {
     const SlopePoint<Jet> start(scene.push, theta2, pieces[0].left + pieces[0].turn);
     const Jet end_speed = scene.start_speed * start.q / start.d;
 
-    std::vector<Jet> at{0.0, 0.0, 0.0, 0.0};
+    Jets at{0.0, 0.0, 0.0, 0.0};
     for (std::size_t i = 0; i < arcs_.size(); ++i) {
       if (i > 0) corner(shot, scene, i, pieces[i - 1], pieces[i], at[0]);
       at = shot.arc({.arc = static_cast<int>(i),

@@ -42,6 +42,7 @@ Followed follow(Shooting& shooting, const Eigen::VectorXd& y, const std::vector<
   for (std::size_t i = 0; i < path.size(); ++i) path[i] = target[i] - origin[i];
 
   shooting.set_flow_options({.tolerance = {.relative = options.tolerance, .absolute = options.tolerance},
+                             .method = options.method,
                              .max_steps = options.max_steps});
   Kinsol newton(shooting.size());
   const long steps_before = shooting.statistics().steps;

@@ -156,11 +156,11 @@ NewtonResult natural_newton(NewtonSystem& system, Eigen::VectorXd& y, const Eige
 
 Eigen::VectorXd ShootingSystem::residual(const Eigen::VectorXd& y) {
   point_ = y;
-  return shooting_.residual(shooting_.evaluate(y)).cwiseQuotient(row_scales_);
+  return shooting_.residual(shooting_.evaluate(y, {}, Extent::equations)).cwiseQuotient(row_scales_);
 }
 
 bool ShootingSystem::linearize() {
-  factors_.emplace(shooting_.decompose(shooting_.evaluate(point_)));
+  factors_.emplace(shooting_.decompose(shooting_.evaluate(point_, {}, Extent::equations)));
   return true;
 }
 

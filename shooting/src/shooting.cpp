@@ -30,18 +30,31 @@ Shooting::Shooting(std::shared_ptr<const Problem> problem) : problem_(std::move(
 
 Shooting::~Shooting() = default;
 
-void Shooting::set_parameters(std::vector<double> values) {
+/// The shots are of other parameters or another mesh.
+void Shooting::forget() {
+  shot_ = {};
+  values_ = {};
+}
+
+void Shooting::set_parameters(const std::vector<double>& values) {
   if (values.size() != problem_->parameters().size()) {
     throw BadInput(
         fmt::format("{} parameter values given, the problem has {}", values.size(), problem_->parameters().size()));
   }
-  parameters_ = std::move(values);
-  shot_.reset();
+  parameters_ = values;
+  shot_.current = false;
+  for (Kept* kept : {&shot_, &values_}) {
+    if (!kept->shot) continue;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      kept->shot->set_parameter(i, Jet(values[i], kept->shot->parameter(i).gradient()));
+    }
+  }
 }
 
 void Shooting::set_flow_options(const FlowOptions& options) {
+  if (options == flows_.options()) return;
   flows_.set_options(options);
-  shot_.reset();
+  shot_.current = false;
 }
 
 void Shooting::set_mesh(const Mesh& mesh) {
@@ -53,10 +66,11 @@ void Shooting::set_mesh(const Mesh& mesh) {
     throw BadInput(fmt::format("{} cuts with {} nodes of together {} values are given {} values", cuts, mesh.sizes.size(),
                                total, mesh.nodes.size()));
   }
+  if (cuts == 0 && node_sizes_.empty()) return;
   cuts_ = mesh.cuts;
   node_sizes_ = mesh.sizes;
   node_scales_.resize(total);
-  shot_.reset();
+  forget();
   // A component is as large as it gets on its arc; below 1 the integration's absolute tolerance is what counts.
   Eigen::Index first = 0;
   std::size_t node = 0;
@@ -86,48 +100,64 @@ void Shooting::check_size(const Eigen::VectorXd& y) const {
                              size() - border()));
 }
 
-const Shot& Shooting::evaluate(const Eigen::VectorXd& y, const std::vector<double>& path) {
+const Shot& Shooting::evaluate(const Eigen::VectorXd& y, const std::vector<double>& path, Extent extent) {
   check_size(y);
-  if (shot_ && path == path_ && y == point_) return *shot_;
-  std::vector<Jet> unknowns;
-  std::vector<Jet> nodes;
-  for (Eigen::Index i = 0; i < size(); ++i)
-    (i < border() ? unknowns : nodes).push_back(Jet::variable(y[i], static_cast<int>(i)));
-  std::vector<Jet> parameters;
-  for (std::size_t i = 0; i < parameters_.size(); ++i) {
-    const double rate = path.empty() ? 0.0 : path[i];
-    parameters.push_back(rate == 0.0 ? Jet(parameters_[i]) : Jet::variable(parameters_[i], static_cast<int>(size()), rate));
+  if (path != path_) {
+    shot_ = {};
+    path_ = path;
   }
-  shot_.reset();
-  Shot shot(flows_, std::move(unknowns), std::move(parameters), problem_->rows().size());
-  shot.cut(cuts_, std::move(nodes));
-  shoot(shot);
-  point_ = y;
-  path_ = path;
-  return shot_.emplace(std::move(shot));
+  if (!shot_.current || y != point_) {
+    fit(shot_, true);
+    point_ = y;
+    shoot(shot_, y, extent);
+  } else if (extent == Extent::everything && !shot_.shot->wants_reports()) {
+    shot_.current = false;
+    shot_.shot->replay();
+    problem_->shoot(*shot_.shot);
+    shot_.current = true;
+  }
+  return *shot_.shot;
 }
 
-Shot Shooting::values(const Eigen::VectorXd& y) {
+const Shot& Shooting::values(const Eigen::VectorXd& y, Extent extent) {
   check_size(y);
-  Shot shot(flows_, std::vector<Jet>(y.begin(), y.begin() + border()),
-            std::vector<Jet>(parameters_.begin(), parameters_.end()), problem_->rows().size());
-  shot.cut(cuts_, std::vector<Jet>(y.begin() + border(), y.end()));
-  shoot(shot);
-  return shot;
+  fit(values_, false);
+  shoot(values_, y, extent);
+  return *values_.shot;
+}
+
+/// Makes a shot where there is none.
+void Shooting::fit(Kept& kept, bool differentiated) {
+  if (kept.shot) return;
+  const auto variable = [&](Eigen::Index i) {
+    return differentiated ? Jet::variable(0.0, static_cast<int>(i)) : Jet(0.0);
+  };
+  std::vector<Jet> unknowns, nodes, parameters;
+  for (Eigen::Index i = 0; i < size(); ++i) (i < border() ? unknowns : nodes).push_back(variable(i));
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    const double rate = differentiated && !path_.empty() ? path_[i] : 0.0;
+    parameters.push_back(rate == 0.0 ? Jet(parameters_[i]) : Jet::variable(parameters_[i], static_cast<int>(size()), rate));
+  }
+  kept.shot.emplace(flows_, std::move(unknowns), std::move(parameters), problem_->rows().size());
+  kept.shot->cut(cuts_, std::move(nodes));
 }
 
 void Shooting::check_step_limit() const {
   if (statistics().steps >= step_limit_) throw BudgetSpent(fmt::format("{} integration steps are spent", step_limit_));
 }
 
-void Shooting::shoot(Shot& shot) {
+void Shooting::shoot(Kept& kept, const Eigen::VectorXd& y, Extent extent) {
   check_step_limit();
+  kept.current = false;
+  kept.shot->restart({y.data(), static_cast<std::size_t>(y.size())}, extent == Extent::everything);
   try {
-    problem_->shoot(shot);
+    problem_->shoot(*kept.shot);
   } catch (const LeftDomain&) {
-    failed_place_ = shot.place();
+    failed_place_ = kept.shot->place();
     throw;
   }
+  kept.shot->finish();
+  kept.current = true;
 }
 
 const Jet& Shooting::row(const Shot& shot, Eigen::Index i) const {
@@ -156,9 +186,9 @@ std::string Shooting::unknown_name(Eigen::Index j) const {
   return node_name(j - border());
 }
 
-void Shooting::residual(const Eigen::VectorXd& y, Eigen::VectorXd& r) { r = residual(evaluate(y)); }
+void Shooting::residual(const Eigen::VectorXd& y, Eigen::VectorXd& r) { r = residual(evaluate(y, {}, Extent::equations)); }
 
-void Shooting::jacobian(const Eigen::VectorXd& y, Eigen::MatrixXd& j) { j = jacobian(evaluate(y)); }
+void Shooting::jacobian(const Eigen::VectorXd& y, Eigen::MatrixXd& j) { j = jacobian(evaluate(y, {}, Extent::equations)); }
 
 Eigen::VectorXd Shooting::residual(const Shot& shot) const {
   Eigen::VectorXd r(size());
@@ -194,14 +224,14 @@ Staircase Shooting::decompose(const Shot& shot) const {
 }
 
 bool Shooting::factorise(const Eigen::VectorXd& y) {
-  newton_ = std::make_unique<Staircase>(decompose(evaluate(y)));
+  newton_ = std::make_unique<Staircase>(decompose(evaluate(y, {}, Extent::equations)));
   return !newton_->singular();
 }
 
 void Shooting::solve(const Eigen::VectorXd& r, Eigen::VectorXd& x) const { x = newton_->solve(r); }
 
 double Shooting::correction(const Eigen::VectorXd& y) {
-  const Shot& shot = evaluate(y);
+  const Shot& shot = evaluate(y, {}, Extent::equations);
   const Eigen::VectorXd step = decompose(shot).solve(residual(shot));
   return step.cwiseQuotient(unknown_scales()).cwiseAbs().maxCoeff();
 }

@@ -50,7 +50,7 @@ class Campaign {
     }
     if (open() && failed() && !options_.homotopy) again(Effort::brief, options_.method);
     if (!found_.solved() && left() > 0 && shooting_.statistics().exhausted > before_.exhausted &&
-        options_.method == Method::adams)
+        options_.method != Method::bdf)
       again(Effort::brief, Method::bdf);
     if (open()) {
       RandomStarts random = *options_.random;

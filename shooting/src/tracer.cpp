@@ -25,7 +25,7 @@ Tracer::Tracer(std::shared_ptr<const Problem> problem, const std::vector<double>
 FlowOptions Tracer::flow_options(double factor) const {
   constexpr double tightest = 1e-14;
   const double tolerance = std::max(tightest, factor * options_.tolerance);
-  return {.tolerance = {.relative = tolerance, .absolute = tolerance}, .max_steps = options_.max_steps};
+  return {.tolerance = {.relative = tolerance, .absolute = tolerance}, .method = options_.method, .max_steps = options_.max_steps};
 }
 
 Branch Tracer::run(const Eigen::VectorXd& y, const std::optional<Eigen::VectorXd>& direction) {

@@ -49,9 +49,14 @@ std::vector<ArcTrace> trace(Shooting& shooting, const Shot& shot) {
   return traces;
 }
 
-/// One arc's path checks at a time of its own trajectory.
-std::vector<PathCheck> checks_at(const Shooting& shooting, const ArcTrace& arc, double t) {
-  return shooting.problem().check(arc.point(t), shooting.parameters());
+/// One arc's path checks at one point.
+struct Sample {
+  double time;  ///< of the reports
+  std::vector<PathCheck> checks;
+};
+Sample sample(const Shooting& shooting, const ArcTrace& arc, double own) {
+  const ArcPoint point = arc.point(own);
+  return {point.t, shooting.problem().check(point, shooting.parameters())};
 }
 
 /// How bad a check is: the smaller the value that must not be negative, the larger the one that must be zero. Not a number is
@@ -61,14 +66,18 @@ double badness(const PathCheck& check) {
   return std::isnan(bad) ? std::numeric_limits<double>::infinity() : bad;
 }
 
-/// Keeps the worst value of each check met so far.
-void fold(std::vector<CheckResult>& worst, const PathCheck& check, double t, double tolerance) {
-  auto found = std::find_if(worst.begin(), worst.end(), [&](const CheckResult& c) { return c.name == check.name; });
-  if (found == worst.end()) {
+/// Keeps the worst value of each check met so far. Its place among the results is the same from sample to sample.
+void fold(std::vector<CheckResult>& worst, const PathCheck& check, double t, double tolerance, std::size_t& place) {
+  if (place >= worst.size() || worst[place].name != check.name) {
+    place = static_cast<std::size_t>(
+        std::find_if(worst.begin(), worst.end(), [&](const CheckResult& c) { return c.name == check.name; }) -
+        worst.begin());
+  }
+  if (place == worst.size()) {
     worst.push_back({check.name, check.kind, check.value, t, tolerance});
-  } else if (badness(check) > badness({found->name, found->kind, found->worst})) {
-    found->worst = check.value;
-    found->time = t;
+  } else if (badness(check) > badness({{}, worst[place].kind, worst[place].worst})) {
+    worst[place].worst = check.value;
+    worst[place].time = t;
   }
 }
 
@@ -87,35 +96,47 @@ std::vector<double> sample_times(const Trajectory& trajectory) {
   return times;
 }
 
-/// Looks for the worst of check `j` between the samples beside the worst sample (golden section).
-PathCheck sharpen(const Shooting& shooting, const ArcTrace& arc, std::size_t j, double a, double b, double& at) {
+/// Looks for the worst of check `j` between the samples beside the worst sample (golden section), and folds it.
+void sharpen(const Shooting& shooting, const ArcTrace& arc, std::size_t j, double a, double b, double tolerance,
+             std::vector<CheckResult>& results, std::size_t& place) {
   constexpr double golden = 0.6180339887498949;
-  PathCheck worst = checks_at(shooting, arc, at)[j];
-  for (int i = 0; i < 40; ++i) {
-    const double left = b - golden * (b - a), right = a + golden * (b - a);
-    const PathCheck at_left = checks_at(shooting, arc, left)[j], at_right = checks_at(shooting, arc, right)[j];
-    const bool go_left = badness(at_left) > badness(at_right);
-    (go_left ? b : a) = go_left ? right : left;
-    const PathCheck& better = go_left ? at_left : at_right;
-    if (badness(better) > badness(worst)) {
-      worst = better;
-      at = go_left ? left : right;
+  constexpr int sections = 40;
+  const auto look = [&](double own) {
+    const Sample at = sample(shooting, arc, own);
+    fold(results, at.checks[j], at.time, tolerance, place);
+    return badness(at.checks[j]);
+  };
+  double left = b - golden * (b - a), right = a + golden * (b - a);
+  double at_left = look(left), at_right = look(right);
+  for (int i = 1; i < sections; ++i) {
+    if (at_left > at_right) {
+      b = right;
+      right = left;
+      at_right = at_left;
+      left = b - golden * (b - a);
+      at_left = look(left);
+    } else {
+      a = left;
+      left = right;
+      at_left = at_right;
+      right = a + golden * (b - a);
+      at_right = look(right);
     }
   }
-  return worst;
 }
 
 /// Every path check along one arc, at the samples and between those around the worst.
 void check_arc(const Shooting& shooting, const ArcTrace& arc, double tolerance, std::vector<CheckResult>& results) {
   const std::vector<double> times = sample_times(arc.trajectory);
-  std::vector<std::size_t> worst_at;
+  std::vector<std::size_t> worst_at, place;
   std::vector<double> worst;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    const auto checks = checks_at(shooting, arc, times[i]);
+    const auto [time, checks] = sample(shooting, arc, times[i]);
     worst_at.resize(checks.size(), 0);
+    place.resize(checks.size(), 0);
     worst.resize(checks.size(), -std::numeric_limits<double>::infinity());
     for (std::size_t j = 0; j < checks.size(); ++j) {
-      fold(results, checks[j], arc.time(times[i]), tolerance);
+      fold(results, checks[j], time, tolerance, place[j]);
       if (badness(checks[j]) <= worst[j]) continue;
       worst[j] = badness(checks[j]);
       worst_at[j] = i;
@@ -123,10 +144,8 @@ void check_arc(const Shooting& shooting, const ArcTrace& arc, double tolerance, 
   }
   for (std::size_t j = 0; j < worst_at.size(); ++j) {
     const std::size_t i = worst_at[j];
-    double at = times[i];
-    const PathCheck sharper = sharpen(shooting, arc, j, times[i == 0 ? 0 : i - 1], times[std::min(i + 1, times.size() - 1)],
-                                      at);
-    fold(results, sharper, arc.time(at), tolerance);
+    sharpen(shooting, arc, j, times[i == 0 ? 0 : i - 1], times[std::min(i + 1, times.size() - 1)], tolerance, results,
+            place[j]);
   }
 }
 

@@ -98,6 +98,7 @@ ordered_json to_json(const VariedScene& scene, const VariedOutcome& outcome) {
   return {{"schema", "costate-branch/1"},
           {"model", heading.model},
           {"scene", std::move(values)},
+          {"engine", engine_name(scene.options.method)},
           {"vary",
            {{"name", scene.variation.name},
             {"unit", scene.variation.unit},

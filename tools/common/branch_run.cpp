@@ -132,7 +132,7 @@ class Follower {
   [[nodiscard]] bool back_at_start(const Branch& branch) const { return branch.points.back().parameter == variation_.from; }
 
   Branch trace_from(const BranchStart& start) {
-    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .landings = {}};
+    TraceOptions options{.tolerance = std::clamp(1e-3 * scene_.options.accuracy, 1e-12, 1e-9), .landings = {}, .method = scene_.options.method};
     const double low = std::min(begin_, goal_), high = std::max(begin_, goal_);
     for (const double value : variation_.values) {
       if (value >= low && value <= high) options.landings.push_back(value);

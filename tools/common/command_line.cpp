@@ -96,9 +96,17 @@ void CommandLine::toggle(const std::string& flag, bool& target, const std::strin
 void CommandLine::solver_flags() {
   number("--accuracy", accuracy, {finest_accuracy, coarsest_accuracy, ""},
          "Wanted absolute error (relative above 1) of times and unknowns");
+  choice("--engine", engine_, {engine_name(Method::adams), engine_name(Method::runge_kutta)},
+         "What integrates: Adams' method of CVODES, or Verner's Runge-Kutta pair 8(7), which is faster");
   auto* json_flag = app_->add_flag("--json", json, "Print one JSON object");
   csv_option_ = text("--csv", csv, "Write the trajectory to a file, - for standard output", "FILE")->excludes(json_flag);
   app_->add_flag("--quiet", quiet, "Print no table; the exit status tells");
+}
+
+const char* engine_name(Method method) { return method == Method::runge_kutta ? "rk87" : "cvodes"; }
+
+Method CommandLine::method() const {
+  return engine_ == engine_name(Method::runge_kutta) ? Method::runge_kutta : Method::adams;
 }
 
 void CommandLine::store_numbers() {

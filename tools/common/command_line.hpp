@@ -2,6 +2,8 @@
 /// The command line every tool shares: scene flags with ranges and units, accuracy, output.
 #pragma once
 
+#include <costate/flow.hpp>
+
 #include <functional>
 #include <memory>
 #include <optional>
@@ -43,6 +45,9 @@ struct Variation {
   std::function<void(double)> store;   ///< sets the number in the scene
 };
 
+/// The word of --engine for a method.
+[[nodiscard]] const char* engine_name(Method method);
+
 /// A tool's command line. Numbers are read as text and checked after all flags are known, so that every message is ours.
 class CommandLine {
  public:
@@ -65,7 +70,7 @@ class CommandLine {
   /// Text after the list of flags in --help.
   void footer(const std::string& text);
 
-  /// Adds --accuracy, --json, --csv and --quiet.
+  /// Adds --accuracy, --engine, --json, --csv and --quiet.
   void solver_flags();
   /// Adds --vary and --at, for the numbers given so far.
   void variation_flags();
@@ -74,6 +79,9 @@ class CommandLine {
 
   /// Reads the arguments. Returns the exit status if the tool is done (help, version, bad input), nothing if it should go on.
   [[nodiscard]] std::optional<int> parse(int argc, char** argv);
+
+  /// What --engine stands for.
+  [[nodiscard]] Method method() const;
 
   double accuracy = 1e-8;
   bool json = false;
@@ -106,6 +114,7 @@ class CommandLine {
   [[nodiscard]] std::string explain(const CLI::ParseError& error) const;
 
   std::unique_ptr<CLI::App> app_;
+  std::string engine_ = engine_name(Method::adams);
   CLI::Option* csv_option_ = nullptr;
   std::string vary_, at_;
   CLI::Option *vary_option_ = nullptr, *at_option_ = nullptr;

@@ -90,13 +90,14 @@ const char* status_name(Outcome::Status status) {
   return "";
 }
 
-ordered_json to_json(const Heading& heading, const Outcome& outcome) {
+ordered_json to_json(const Heading& heading, const Outcome& outcome, Method method) {
   ordered_json scene, limits = ordered_json::object();
   for (const SceneValue& value : heading.scene) scene[value.name] = number_or_null(value.value);
   for (const SceneValue& limit : outcome.limits) limits[limit.name] = number_or_null(limit.value);
   ordered_json json{{"schema", "costate/1"},
                     {"model", heading.model},
                     {"scene", std::move(scene)},
+                    {"engine", engine_name(method)},
                     {"status", status_name(outcome.status)},
                     {"structure", structure(outcome)},
                     {"final_time", nullptr},
@@ -160,16 +161,16 @@ int exit_status(Outcome::Status status) {
   return exit_failed;
 }
 
-int deliver(const Heading& heading, const Outcome& outcome, bool json, bool quiet, const std::string& csv) {
-  if (!csv.empty() && outcome.solved()) {
-    write_csv(outcome.closed_form ? csv_text(*outcome.closed_form) : csv_text(outcome.solution), csv);
+int deliver(const Heading& heading, const Outcome& outcome, const CommandLine& line) {
+  if (!line.csv.empty() && outcome.solved()) {
+    write_csv(outcome.closed_form ? csv_text(*outcome.closed_form) : csv_text(outcome.solution), line.csv);
   }
-  if (json) {
-    fmt::print("{}\n", to_json(heading, outcome).dump(2));
-  } else if (!quiet && csv != "-" && outcome.solved()) {
+  if (line.json) {
+    fmt::print("{}\n", to_json(heading, outcome, line.method()).dump(2));
+  } else if (!line.quiet && line.csv != "-" && outcome.solved()) {
     print_table(heading, outcome);
   }
-  if (!outcome.solved() && !json) {
+  if (!outcome.solved() && !line.json) {
     fmt::print(stderr, "costate-{}: {}: {}\n", heading.model, status_name(outcome.status), outcome.message);
   }
   return exit_status(outcome.status);

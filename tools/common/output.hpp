@@ -9,6 +9,8 @@
 
 namespace costate::tools {
 
+class CommandLine;
+
 /// What a tool says about itself and the scene it was given.
 struct Heading {
   std::string model;                  ///< name of the model, "disk"
@@ -17,7 +19,8 @@ struct Heading {
   std::vector<std::string> unknowns;  ///< names of the quantities that are the scene's unknowns
 };
 
-[[nodiscard]] nlohmann::ordered_json to_json(const Heading& heading, const Outcome& outcome);
+/// `method`: what integrated.
+[[nodiscard]] nlohmann::ordered_json to_json(const Heading& heading, const Outcome& outcome, Method method);
 void print_table(const Heading& heading, const Outcome& outcome);
 
 [[nodiscard]] const char* status_name(Outcome::Status status);
@@ -26,7 +29,7 @@ void print_table(const Heading& heading, const Outcome& outcome);
 [[nodiscard]] int exit_status(Outcome::Status status);
 
 /// Prints as the flags ask and returns the exit status that belongs to the outcome.
-int deliver(const Heading& heading, const Outcome& outcome, bool json, bool quiet, const std::string& csv);
+int deliver(const Heading& heading, const Outcome& outcome, const CommandLine& line);
 
 /// \throws BadInput naming flag and file if the file cannot be created or replaced.
 void check_writable(const std::string& flag, const std::string& file);

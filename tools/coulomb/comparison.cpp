@@ -27,16 +27,16 @@ nlohmann::ordered_json row_json(const Compared& row) {
 
 }  // namespace
 
-int deliver_comparison(const tools::Heading& heading, const std::vector<Compared>& all, bool json, bool quiet) {
+int deliver_comparison(const tools::Heading& heading, const std::vector<Compared>& all, const tools::CommandLine& line) {
   const tools::Outcome& optimum = all.front().outcome;
-  if (json) {
-    nlohmann::ordered_json object = tools::to_json(heading, optimum);
+  if (line.json) {
+    nlohmann::ordered_json object = tools::to_json(heading, optimum, line.method());
     for (const Compared& row : all) object["curves"].push_back(row_json(row));
     fmt::print("{}\n", object.dump(2));
     return tools::exit_status(optimum.status);
   }
-  if (!optimum.solved()) return tools::deliver(heading, optimum, json, quiet, "");
-  if (!quiet) {
+  if (!optimum.solved()) return tools::deliver(heading, optimum, line);
+  if (!line.quiet) {
     const double least = optimum["final_time"].value;
     fmt::print("{}\n\n  {:<10}  {:>22}  {:>12}  {:>16}\n", heading.title, "curve", "final time [s]", "slower by [%]",
                "end speed [m/s]");

@@ -75,14 +75,14 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-coulomb", [&] {
-    const SolveOptions options{.accuracy = line.accuracy, .advice = "a larger --accuracy"};
+    const SolveOptions options{.accuracy = line.accuracy, .method = line.method(), .advice = "a larger --accuracy"};
     if (compare && line.variation()) throw BadInput("--compare and --vary exclude each other");
     if (compare && (!line.csv.empty() || curve != "optimal")) {
       throw BadInput(fmt::format("--compare and {} exclude each other", line.csv.empty() ? "--curve" : "--csv"));
     }
     const tools::Heading heading = heading_of(scene, curve, epsilon);
     if (compare) {
-      return coulomb::deliver_comparison(heading, coulomb::compare(scene, epsilon, options), line.json, line.quiet);
+      return coulomb::deliver_comparison(heading, coulomb::compare(scene, epsilon, options), line);
     }
     if (line.variation()) {
       if (curve != "optimal")
@@ -97,6 +97,6 @@ int main(int argc, char** argv) {
     const std::optional<coulomb::Curve> wire = curve_of(curve);
     const tools::Outcome outcome = wire ? coulomb::solve_curve(*wire, scene, epsilon, !line.csv.empty())
                                         : coulomb::solve_scene(scene, options);
-    return tools::deliver(heading, outcome, line.json, line.quiet, line.csv);
+    return tools::deliver(heading, outcome, line);
   });
 }

@@ -51,7 +51,9 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-curvature-friction", [&] {
-    const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point, --slope free or stronger |beta|"};
+    const SolveOptions options{.accuracy = line.accuracy,
+                               .method = line.method(),
+                               .advice = "a nearer end point, --slope free or stronger |beta|"};
     const auto solve = [&] { return curvature::solve_scene(scene, options); };
     if (line.variation()) {
       return tools::deliver_variation({.variation = *line.variation(),
@@ -62,6 +64,6 @@ int main(int argc, char** argv) {
                                       line);
     }
     const tools::Outcome outcome = solve();
-    return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
+    return tools::deliver(heading_of(scene), outcome, line);
   });
 }

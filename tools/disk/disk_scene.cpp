@@ -71,7 +71,7 @@ Solution solve_along(const std::vector<Scene>& way, const SolveOptions& options,
   Solution solution;
   bool reached = true;
   for (const Scene& stage : way) {
-    const Followed path = follow(shooting, y, parameters(stage), {.max_integration_steps = integration_steps});
+    const Followed path = follow(shooting, y, parameters(stage), {.max_integration_steps = integration_steps, .method = options.method});
     y = path.y;
     cost.newton_iterations += path.newton_iterations;
     reached = path.reached;
@@ -127,7 +127,7 @@ Solution solve_limited(const Scene& scene, const Solution& free, double F_max, c
   start.friction = above * F_max;
   const Restructure restructure = [&](const Junction& at) { return arc_changes(scene, at); };
   const Branch branch = trace(make_problem(start, {{ArcKind::free}}), parameters(start), free.y, "friction", *scene.friction,
-                              {.tolerance = 1e-10, .max_points = 300, .max_integration_steps = 400000}, restructure);
+                              {.tolerance = 1e-10, .max_points = 300, .max_integration_steps = 400000, .method = options.method}, restructure);
   cost.add(branch.cost);
   Solution solution;
   if (!branch.reached) {

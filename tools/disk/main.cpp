@@ -49,7 +49,9 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-disk", [&] {
-    const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point or a larger friction coefficient"};
+    const SolveOptions options{.accuracy = line.accuracy,
+                               .method = line.method(),
+                               .advice = "a nearer end point or a larger friction coefficient"};
     if (line.variation()) {
       return tools::deliver_variation({.variation = *line.variation(),
                                        .heading = [&] { return heading_of(scene); },
@@ -61,6 +63,6 @@ int main(int argc, char** argv) {
                                       line);
     }
     const disk::Outcome outcome = disk::solve_scene(scene, options);
-    return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
+    return tools::deliver(heading_of(scene), outcome, line);
   });
 }

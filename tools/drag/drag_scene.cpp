@@ -99,7 +99,7 @@ void deliver(std::vector<Extremal>& extremals, Outcome& outcome) {
 /// Looks for the β at which the local minimum of a scene with soft friction ends.
 class Fold {
  public:
-  Fold(const Scene& scene, Cost& cost) : scene_(scene), cost_(cost) {}
+  Fold(const Scene& scene, Method method, Cost& cost) : scene_(scene), method_(method), cost_(cost) {}
 
   /// The local minimum at the scene's own β, if it turns out to exist after all.
   [[nodiscard]] const std::optional<Guess>& survivor() const { return survivor_; }
@@ -127,7 +127,7 @@ class Fold {
     const std::vector<Guess> found = find_extremals(at(beta));
     for (const Guess& guess : found) {
       std::vector<Extremal> solved;
-      SceneSolver(at(beta), {.accuracy = 1e-6}, cost_).add(solved, guess);
+      SceneSolver(at(beta), {.accuracy = 1e-6, .method = method_}, cost_).add(solved, guess);
       if (!solved.empty() && solved.front().focal.empty()) return guess;
     }
     return std::nullopt;
@@ -137,7 +137,7 @@ class Fold {
     constexpr int most_legs = 10;
     for (int leg = 0; leg < most_legs; ++leg) {
       const Branch branch = trace(make_problem(at(beta), guess), parameters(at(beta)), unknowns(guess), "beta", scene_.beta,
-                                  {.tolerance = 1e-10, .through_folds = false, .max_points = 200, .max_steps = 600});
+                                  {.tolerance = 1e-10, .through_folds = false, .max_points = 200, .max_steps = 600, .method = method_});
       cost_.add(branch.cost);
       if (branch.points.empty()) return std::nullopt;
       if (!branch.events.empty() && branch.events.back().kind == EventKind::fold)
@@ -157,6 +157,7 @@ class Fold {
   }
 
   const Scene& scene_;
+  Method method_;
   Cost& cost_;
   std::optional<Guess> survivor_;
 };
@@ -227,7 +228,7 @@ Outcome solve_scene(const Scene& scene, const SolveOptions& options) {
   if (outcome.solved()) return finish(Outcome::Status::solved, "");
   if (!solver.failure().empty()) return finish(Outcome::Status::failed, solver.failure());
   if (scene.beta > 0.0) {
-    Fold fold(scene, outcome.cost);
+    Fold fold(scene, options.method, outcome.cost);
     const std::optional<double> beta_max = fold.find();
     if (beta_max) {
       outcome.limits.push_back({"beta_max", "s/m^2", beta_max});

@@ -50,18 +50,21 @@ int main(int argc, char** argv) {
   line.footer(conventions);
   if (const auto status = line.parse(argc, argv)) return *status;
   return tools::run("costate-normal-friction", [&] {
-    const SolveOptions options{.accuracy = line.accuracy, .advice = "a nearer end point or other friction"};
+    const SolveOptions options{.accuracy = line.accuracy,
+                               .method = line.method(),
+                               .advice = "a nearer end point or other friction"};
     const auto solve = [&] { return normal_friction::solve_scene(scene, options); };
     if (line.variation()) {
       return tools::deliver_variation({.variation = *line.variation(),
                                        .heading = [&] { return heading_of(scene); },
                                        .solve = solve,
                                        .start = [&](const tools::Outcome&) { return normal_friction::branch_start(scene); },
-                                       .restructure = [&](const Junction& at) { return normal_friction::corner_changes(scene, at); },
+                                       .restructure =
+                                           [&](const Junction& at) { return normal_friction::corner_changes(scene, at); },
                                        .options = options},
                                       line);
     }
     const tools::Outcome outcome = solve();
-    return tools::deliver(heading_of(scene), outcome, line.json, line.quiet, line.csv);
+    return tools::deliver(heading_of(scene), outcome, line);
   });
 }

@@ -67,7 +67,9 @@ class Search {
     const tools::BranchStart start = start_from(*cycloid, scene_);
     Shooting shooting(start.problem);
     shooting.set_parameters(start.parameters);
-    const Followed path = follow(shooting, start.y, parameters(scene_), {.max_points = 100, .max_integration_steps = 15000});
+    const Followed path =
+        follow(shooting, start.y, parameters(scene_),
+               {.max_points = 100, .max_integration_steps = 15000, .method = options_.method});
     cost_->newton_iterations += path.newton_iterations;
     if (path.reached) {
       finish(shooting, path.y, "the extremal without corners");

@@ -7,8 +7,7 @@
 #pragma once
 
 #include <costate/dual.hpp>
-
-#include <vector>
+#include <costate/short_vector.hpp>
 
 namespace costate {
 
@@ -19,13 +18,25 @@ class Jet {
     int column;
     double derivative;
   };
-  using Gradient = std::vector<Entry>;
+  /// Problems of single shooting have few unknowns: their gradients need no memory of their own.
+  using Gradient = ShortVector<Entry, 8>;
 
   double value = 0.0;
 
   Jet() = default;
   Jet(double constant) : value(constant) {}  // NOLINT: constants mix freely with variables
   Jet(double v, Gradient g) : value(v), gradient_(std::move(g)) {}
+  Jet(const Jet& a) : value(a.value) { append(a); }
+  Jet(Jet&&) = default;
+  Jet& operator=(const Jet& a) {
+    if (this == &a) return *this;
+    value = a.value;
+    gradient_.clear();
+    append(a);
+    return *this;
+  }
+  Jet& operator=(Jet&&) = default;
+  ~Jet() = default;
 
   /// The unknown of the given column, with an optional rate: d(this)/d(column) = rate.
   static Jet variable(double value, int column, double rate = 1.0) { return {value, {{column, rate}}}; }
@@ -35,9 +46,21 @@ class Jet {
   [[nodiscard]] double derivative(int column) const;
 
   /// f(a) by the chain rule.
-  static Jet chain(const Jet& a, double f, double derivative);
+  static Jet chain(const Jet& a, double f, double derivative) {
+    Jet r(f);
+    Entry* to = r.gradient_.extend(a.gradient_.size());
+    for (const Entry& from : a.gradient_) {
+      to->column = from.column;
+      to++->derivative = derivative * from.derivative;
+    }
+    return r;
+  }
   /// f(a, b) by the chain rule.
-  static Jet chain(const Jet& a, const Jet& b, double f, double fa, double fb);
+  static Jet chain(const Jet& a, const Jet& b, double f, double fa, double fb) {
+    if (b.gradient_.empty()) return chain(a, f, fa);
+    if (a.gradient_.empty()) return chain(b, f, fb);
+    return merge(a, b, f, fa, fb);
+  }
 
   Jet& operator+=(const Jet& b) { return *this = *this + b; }
   Jet& operator-=(const Jet& b) { return *this = *this - b; }
@@ -50,8 +73,21 @@ class Jet {
   }
 
  private:
+  // Number by number: what has just been written by numbers is read so faster than in wider pieces.
+  void append(const Jet& a) {
+    Entry* to = gradient_.extend(a.gradient_.size());
+    for (const Entry& from : a.gradient_) {
+      to->column = from.column;
+      to++->derivative = from.derivative;
+    }
+  }
+  static Jet merge(const Jet& a, const Jet& b, double f, double fa, double fb);
+
   Gradient gradient_;
 };
+
+/// Jets of one arc: its states, quadratures or constants.
+using Jets = ShortVector<Jet, 5>;
 
 inline double primal(const Jet& a) { return a.value; }
 inline Jet sin(const Jet& a) { return Jet::chain(a, std::sin(a.value), std::cos(a.value)); }

@@ -8,7 +8,9 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace costate {
@@ -21,15 +23,15 @@ struct ArcStart {
   const Field* field = nullptr;
   Jet t0{}, t1{};
   double clock = 0.0;        ///< time of the chain of arcs at the integration variable's 0, in the integration's unit
-  std::vector<Jet> state{};       ///< z₀ (n)
-  std::vector<Jet> quadrature{};  ///< w₀ (k)
-  std::vector<Jet> parameter{};   ///< p (m)
+  Jets state{};       ///< z₀ (n)
+  Jets quadrature{};  ///< w₀ (k)
+  Jets parameter{};   ///< p (m)
   std::optional<int> time_quadrature{};  ///< place in w of the time of the chain; none: the variable of integration is the time
 };
 
 struct ArcEnd {
-  std::vector<Jet> state;
-  std::vector<Jet> quadrature;
+  Jets state;
+  Jets quadrature;
 };
 
 /// A call of Shot::arc and a segment of that arc, counted from 0.
@@ -97,6 +99,8 @@ class FlowCache {
 /// Where an arc is cut, each of its segments starts from a node of its own, whose state and quadratures are unknowns too, and `matches`
 /// has one equation for each: what the segment before arrives with, minus the node. The shooting function sees the end of the last
 /// segment and need not know.
+///
+/// A shot can be used over and over, and allocates nothing after the first time as long as the arcs and their sizes stay the same.
 class Shot {
  public:
   Shot(FlowCache& flows, std::vector<Jet> unknowns, std::vector<Jet> parameters, std::size_t rows)
@@ -112,22 +116,38 @@ class Shot {
   using EndGuess = std::function<std::optional<Eigen::VectorXd>(int arc)>;
   void sketch(EndGuess guess) { sketch_ = std::move(guess); }
 
+  /// Another evaluation: unknowns and nodes, one after the other, have the values y and the derivatives they had; what was found before
+  /// is forgotten. Reports and guards are kept of an evaluation that wants them alone.
+  void restart(std::span<const double> y, bool wants_reports);
+  void set_parameter(std::size_t i, const Jet& value) { parameters_.at(i) = value; }
+  /// The same evaluation once more, this time with reports and guards: no arc is integrated again.
+  void replay();
+  /// Called when the shooting function has returned.
+  void finish();
+
   [[nodiscard]] const Jet& unknown(std::size_t i) const { return unknowns_.at(i); }
   [[nodiscard]] const Jet& parameter(std::size_t i) const { return parameters_.at(i); }
 
   /// Integrates one arc. \throws LeftDomain naming the arc.
   ArcEnd arc(const ArcStart& start);
   void row(std::size_t i, const Jet& value) { rows_.at(i) = value; }
-  void report(std::string name, std::string unit, const Jet& value) {
-    reports_.push_back({std::move(name), std::move(unit), value});
+  /// Are report() and guard() of any use in this evaluation? Else what they are given need not be made.
+  [[nodiscard]] bool wants_reports() const { return wants_reports_; }
+  void report(std::string_view name, std::string_view unit, const Jet& value) {
+    if (wants_reports_) reports_.push_back({std::string(name), std::string(unit), value});
   }
   /// Guards keep their number and order as long as the structure is the same.
-  void guard(EventKind kind, std::string name, const Jet& value) { guards_.push_back({kind, std::move(name), value}); }
+  void guard(EventKind kind, std::string_view name, const Jet& value) {
+    if (wants_reports_) guards_.push_back({kind, std::string(name), value});
+  }
 
   /// Called last, for those who observe the arcs. Where these were integrated outward from an inner point, `origin` is added to
   /// every recorded quadrature; the problem's constants of motion are kept with every arc; and `time_unit` says how long the unit
   /// of the integration is in that of the reports, where a problem computes in units of its own.
-  void complete(const std::vector<double>& origin, const std::vector<double>& constants, double time_unit = 1.0);
+  void complete(std::span<const double> origin, std::span<const double> constants, double time_unit = 1.0);
+  void complete(std::initializer_list<double> origin, std::initializer_list<double> constants, double time_unit = 1.0) {
+    complete(std::span(origin.begin(), origin.size()), std::span(constants.begin(), constants.size()), time_unit);
+  }
 
   [[nodiscard]] const std::vector<Jet>& rows() const { return rows_; }
   [[nodiscard]] const std::vector<Jet>& matches() const { return matches_; }
@@ -138,22 +158,36 @@ class Shot {
   [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
 
  private:
+  /// Numbers that integrations start from, each followed by its derivatives.
+  struct Scratch {
+    std::vector<int> columns;
+    std::vector<double> state, parameter;
+  };
+
   ArcEnd integrate(const ArcStart& start);
+  [[nodiscard]] ArcStart moved(const ArcStart& start) const;
   ArcEnd sketched(const ArcStart& start);
   /// The values of the next node, `count` of them.
-  std::vector<Jet> node(std::size_t count);
+  Jets node(std::size_t count);
+  ArcRecord& record(const ArcStart& start);
+  void begin();
+  void rates(double t, const ArcStart& start, const double* state, std::size_t stride, double* result) const;
 
   FlowCache* flows_;
   const Cuts* cuts_ = nullptr;
   EndGuess sketch_;
   std::vector<Jet> nodes_, matches_;
   std::size_t next_node_ = 0;  ///< place in nodes_
-  std::size_t calls_ = 0;
+  std::size_t calls_ = 0, recorded_ = 0;
+  bool wants_reports_ = true, replays_ = false;
   SegmentPlace place_;
   std::vector<Jet> unknowns_, parameters_, rows_;
   std::vector<Report> reports_;
   std::vector<Guard> guards_;
   std::vector<ArcRecord> arcs_;
+  std::vector<double> reached_;  ///< numbers that integrations end with, one integration after the other
+  std::size_t next_reached_ = 0;
+  Scratch scratch_;
 };
 
 }  // namespace costate

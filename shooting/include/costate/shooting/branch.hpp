@@ -98,6 +98,7 @@ struct TraceOptions {
   int max_iterations = 8;                ///< of Newton's method at one point
   long max_steps = 4000;                 ///< of the integrator, per arc
   long max_integration_steps = 2000000;  ///< of the whole branch
+  Method method = Method::adams;
 };
 
 /// Follows the solution near y at the parameters of the shooting until the named parameter has the value `to`, which is landed on

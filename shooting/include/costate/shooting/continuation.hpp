@@ -16,6 +16,7 @@ struct FollowOptions {
   long max_steps = 4000;                ///< of the integrator, per arc
   long max_integration_steps = 200000;  ///< of the whole path
   int max_iterations = 8;       ///< of Newton's method at one point
+  Method method = Method::adams;
 };
 
 /// Where a path has led.

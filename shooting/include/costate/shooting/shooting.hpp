@@ -13,6 +13,12 @@ namespace costate {
 
 class Staircase;
 
+/// How much of an evaluation is wanted.
+enum class Extent {
+  equations,   ///< rows, matches and arcs; nothing is allocated for them after the first time
+  everything,  ///< reports and guards too
+};
+
 /// Multiple shooting: where arcs are cut, and what stands at the cuts.
 struct Mesh {
   Cuts cuts;
@@ -33,7 +39,7 @@ class Shooting final : public NonlinearSystem {
   [[nodiscard]] const Problem& problem() const { return *problem_; }
   [[nodiscard]] std::shared_ptr<const Problem> shared_problem() const { return problem_; }
   [[nodiscard]] const std::vector<double>& parameters() const { return parameters_; }
-  void set_parameters(std::vector<double> values);
+  void set_parameters(const std::vector<double>& values);
   void set_flow_options(const FlowOptions& options);
   [[nodiscard]] const FlowOptions& flow_options() const { return flows_.options(); }
   /// Cuts the arcs; the values of the nodes are part of the point from here on, not kept. \throws BadInput if sizes do not fit.
@@ -47,10 +53,11 @@ class Shooting final : public NonlinearSystem {
   /// Number of the problem's own unknowns.
   [[nodiscard]] Eigen::Index border() const { return static_cast<Eigen::Index>(problem_->unknowns().size()); }
 
-  /// A whole evaluation at y. With `path` (one rate per parameter) the derivative of every jet along it is in column size().
-  /// The last point is remembered, so asking again costs nothing. The reference is valid until the
+  /// An evaluation at y. With `path` (one rate per parameter) the derivative of every jet along it is in column size().
+  /// The last point is remembered: asking again costs nothing, and asking for more integrates nothing. The reference is valid until the
   /// next call of a function that is not const. \throws LeftDomain
-  const Shot& evaluate(const Eigen::VectorXd& y, const std::vector<double>& path = {});
+  const Shot& evaluate(const Eigen::VectorXd& y, const std::vector<double>& path = {},
+                       Extent extent = Extent::everything);
 
   /// The arcs as they are at a start, with its states for what they lead to: nothing is integrated. \throws LeftDomain
   [[nodiscard]] std::vector<ArcRecord> sketch(const Start& start);
@@ -58,7 +65,7 @@ class Shooting final : public NonlinearSystem {
   [[nodiscard]] SegmentPlace failed_place() const { return failed_place_; }
 
   /// The same without derivatives: the integrations follow the states alone, with steps of their own. \throws LeftDomain
-  [[nodiscard]] Shot values(const Eigen::VectorXd& y);
+  const Shot& values(const Eigen::VectorXd& y, Extent extent = Extent::everything);
 
   [[nodiscard]] Eigen::Index size() const override { return border() + node_scales_.size(); }
   void residual(const Eigen::VectorXd& y, Eigen::VectorXd& r) override;
@@ -85,8 +92,16 @@ class Shooting final : public NonlinearSystem {
   [[nodiscard]] FlowCache& flows() { return flows_; }
 
  private:
+  /// A shot that is kept from one evaluation to the next, and whether it is that of the present point.
+  struct Kept {
+    std::optional<Shot> shot;
+    bool current = false;
+  };
+
   void check_size(const Eigen::VectorXd& y) const;
-  void shoot(Shot& shot);
+  void forget();
+  void fit(Kept& kept, bool differentiated);
+  void shoot(Kept& kept, const Eigen::VectorXd& y, Extent extent);
   [[nodiscard]] std::string node_name(Eigen::Index component) const;
 
   std::shared_ptr<const Problem> problem_;
@@ -98,7 +113,7 @@ class Shooting final : public NonlinearSystem {
   long step_limit_ = std::numeric_limits<long>::max();
   std::unique_ptr<Staircase> newton_;
   FlowCache flows_;
-  std::optional<Shot> shot_;
+  Kept shot_, values_;  ///< with derivatives and without
   Eigen::VectorXd point_;
   std::vector<double> path_;
 };

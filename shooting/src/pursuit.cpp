@@ -1,0 +1,243 @@
+/// Roots along a parameter.
+#include "curve.hpp"
+#include "factors.hpp"
+
+#include <costate/error.hpp>
+#include <costate/shooting/locate.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace costate {
+
+namespace {
+
+/// The last few points of a curve, and where polynomials through them lead: Newton's form by divided differences, the newest point first.
+class Extrapolation {
+ public:
+  explicit Extrapolation(std::size_t most) : most_(most) {}
+
+  void add(double at, const Eigen::VectorXd& value) {
+    difference_ = value;
+    if (differences_.rows() != value.size()) differences_.resize(value.size(), static_cast<Eigen::Index>(most_));
+    count_ = std::min(count_ + 1, most_);
+    double place = at;
+    for (std::size_t k = 0; k < count_; ++k) {
+      // f[x, x₀ … xₖ₋₁] takes the place of f[x₀ … xₖ], from which the next one is made.
+      std::swap(at_[k], place);
+      double* old = differences_.col(static_cast<Eigen::Index>(k)).data();
+      const double inverse = k + 1 < count_ ? 1.0 / (at - place) : 0.0;
+      for (Eigen::Index i = 0; i < difference_.size(); ++i) {
+        const double before = std::exchange(old[i], difference_[i]);
+        difference_[i] = inverse * (difference_[i] - before);
+      }
+    }
+  }
+  void clear() { count_ = 0; }
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+  /// The value at a place, by the polynomial of the degree whose last term is least. \pre there is a point
+  const Eigen::VectorXd& operator()(double at) {
+    best_ = sum_ = differences_.col(0);
+    double least = std::numeric_limits<double>::infinity(), product = 1.0;
+    for (std::size_t k = 1; k < count_; ++k) {
+      product *= at - at_[k - 1];
+      const double* difference = differences_.col(static_cast<Eigen::Index>(k)).data();
+      double largest = 0.0;
+      for (Eigen::Index i = 0; i < sum_.size(); ++i) {
+        const double term = product * difference[i];
+        sum_[i] += term;
+        largest = std::max(largest, std::abs(term));
+      }
+      if (!(largest < least)) continue;
+      least = largest;
+      best_ = sum_;
+    }
+    return best_;
+  }
+
+ private:
+  static constexpr std::size_t room = 8;
+
+  std::size_t most_;  ///< points kept, at most the room there is
+  std::array<double, room> at_{};
+  Eigen::MatrixXd differences_;  ///< f[x₀ … xₖ] in column k
+  Eigen::VectorXd difference_, sum_, best_;
+  std::size_t count_ = 0;
+};
+
+/// From root to root as a parameter moves. Roots are predicted by extrapolation and corrected once: by the Jacobian there, or by one
+/// extrapolated like the roots, for which the states alone are integrated. How good an extrapolated Jacobian is shows each time the true
+/// one is known.
+class Pursuit {
+ public:
+  Pursuit(Shooting& shooting, std::size_t place, const LocateOptions& options)
+      : shooting_(shooting),
+        options_(options),
+        locator_(shooting, options),
+        place_(place),
+        parameters_(shooting.parameters()),
+        row_scales_(shooting.row_scales()),
+        unknown_scales_(shooting.unknown_scales()),
+        residual_(shooting.size()),
+        entries_(shooting.size() * shooting.size()) {}
+
+  Located first(double value, const Eigen::Ref<const Eigen::VectorXd>& start) {
+    move_to(value);
+    return kept(value, locator_.find(start));
+  }
+
+  Located next(double value) {
+    const Eigen::VectorXd last = y_;
+    move_to(value);
+    y_ = roots_(value);
+    Located root = Factors::small(shooting_) ? correct(value) : locator_.correct(y_);
+    if (!root.converged()) {
+      // The curve is not as smooth as that: what was learnt of it is forgotten.
+      roots_.clear();
+      jacobians_.clear();
+      root = locator_.find(last);
+    }
+    return kept(value, std::move(root));
+  }
+
+ private:
+  void move_to(double value) {
+    parameters_[place_] = value;
+    shooting_.set_parameters(parameters_);
+  }
+  Located kept(double value, Located root) {
+    y_ = root.y;
+    tolerance_ = root.tolerance;
+    if (root.converged()) roots_.add(value, root.y);
+    return root;
+  }
+
+  Located correct(double value) {
+    constexpr double margin = 0.25, slowest = 0.3;
+    shooting_.set_flow_options({.tolerance = {.relative = tolerance_, .absolute = tolerance_},
+                                .method = options_.method,
+                                .max_steps = options_.max_steps,
+                                .longest_step = options_.longest_step});
+    const Statistics before = shooting_.statistics();
+    Located root{.termination = Termination::stalled, .y = y_, .tolerance = tolerance_};
+    bool exact = jacobians_.count() < least_known || since_ >= spacing_ || !(rate_ <= slowest);
+    double rate = rate_, previous = std::numeric_limits<double>::infinity();
+    try {
+      for (bool first = true; root.iterations < most_corrections; first = false) {
+        if (exact) {
+          differentiate(value);
+        } else {
+          shoot(shooting_.values(y_, Extent::equations));
+          if (first) factors_.decompose(jacobians_(value), row_scales_, unknown_scales_);
+        }
+        factors_.correction(residual_, step_);
+        root.correction = length(step_);
+        if (!(root.correction <= 0.5 * previous)) break;
+        if (!first && !exact) rate = std::max(rate, root.correction / previous);
+        // What a Jacobian leaves that was exact where the correction starts: the curvature is as large as it was found to be.
+        if (exact) rate = curvature_ * root.correction;
+        const double error = rate * root.correction;
+        y_ += step_;
+        ++root.iterations;
+        if (error <= margin * options_.accuracy) {
+          root.termination = Termination::converged;
+          root.error = error + options_.accuracy;  // of the integration as much as was asked for
+          ++since_;
+          break;
+        }
+        previous = root.correction;
+        constexpr double long_step = 1e-4;  // after which another one by the same Jacobian would gain little
+        exact = exact ? root.correction > long_step : rate > slowest;
+      }
+    } catch (const LeftDomain& left) {
+      root.termination = Termination::left_domain;
+      root.message = left.what();
+    }
+    root.y = y_;
+    root.statistics = shooting_.statistics() - before;
+    return root;
+  }
+
+  /// R and J at y. The spacing of the places where J is known follows how well it would have been extrapolated here.
+  void differentiate(double value) {
+    const Shot& shot = shooting_.evaluate(y_, {}, Extent::equations);
+    shoot(shot);
+    const Eigen::Index n = y_.size();
+    entries_.setZero();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (const auto& [column, derivative] : shooting_.row(shot, i).gradient()) {
+        if (column < n) entries_[i * n + column] = derivative;
+      }
+    }
+    if (jacobians_.count() >= least_known) {
+      constexpr double poor = 0.03, good = 0.003;
+      const double quality = discrepancy(jacobians_(value));
+      if (quality > poor) spacing_ = std::max(1, spacing_ / 2);
+      if (quality < good) spacing_ = std::min(widest, 2 * spacing_);
+      rate_ = 2.0 * quality;
+    }
+    factors_.decompose(entries_, row_scales_, unknown_scales_);
+    jacobians_.add(value, entries_);
+    since_ = 0;
+  }
+
+  /// ‖J̃⁻¹J − I‖ of an extrapolated J̃: the rate at which its corrections contract.
+  double discrepancy(const Eigen::VectorXd& extrapolated) {
+    const Eigen::Index n = y_.size();
+    factors_.decompose(extrapolated, row_scales_, unknown_scales_);
+    double largest = 0.0;
+    column_.resize(n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      for (Eigen::Index i = 0; i < n; ++i) column_[i] = entries_[i * n + j] * unknown_scales_[j];
+      factors_.correction(column_, step_);
+      step_[j] += unknown_scales_[j];
+      largest = std::max(largest, step_.cwiseQuotient(unknown_scales_).cwiseAbs().maxCoeff());
+    }
+    return static_cast<double>(n) * largest;
+  }
+
+  void shoot(const Shot& shot) {
+    for (Eigen::Index i = 0; i < residual_.size(); ++i) residual_[i] = shooting_.row(shot, i).value;
+  }
+  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
+    return v.cwiseQuotient(unknown_scales_.cwiseMax(y_.cwiseAbs())).cwiseAbs().maxCoeff();
+  }
+
+  static constexpr std::size_t least_known = 3;  ///< Jacobians, before one is extrapolated
+  static constexpr int most_corrections = 6, widest = 10;
+  static constexpr double curvature_ = 2.0;  ///< of R, in scaled unknowns: corrections here are short
+
+  Shooting& shooting_;
+  LocateOptions options_;
+  Locator locator_;
+  std::size_t place_;
+  std::vector<double> parameters_;
+  Eigen::VectorXd row_scales_, unknown_scales_, residual_, entries_, y_, step_, column_;
+  Extrapolation roots_{8}, jacobians_{4};
+  Factors factors_;
+  int spacing_ = 2, since_ = 0;  ///< points from one known Jacobian to the next
+  double tolerance_ = 0.0;       ///< of the integrations: what it was for the last root that was searched for
+  double rate_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+std::vector<Located> locate_along(Shooting& shooting, const Eigen::Ref<const Eigen::VectorXd>& start,
+                                  const std::string& parameter, std::span<const double> values,
+                                  const LocateOptions& options) {
+  const std::size_t place = parameter_place(shooting.problem(), parameter);
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+    throw BadInput(fmt::format("a value of {} is not a finite number", parameter));
+  Pursuit pursuit(shooting, place, options);
+  std::vector<Located> roots;
+  roots.reserve(values.size());
+  for (const double value : values) {
+    roots.push_back(roots.empty() ? pursuit.first(value, start) : pursuit.next(value));
+    if (!roots.back().converged()) break;
+  }
+  return roots;
+}
+
+}  // namespace costate

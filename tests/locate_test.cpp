@@ -1,0 +1,217 @@
+/// Roots without a certificate: accuracy against closed forms, failures as values, memory that is kept, and roots along a parameter.
+#include "small_problems.hpp"
+
+#include <costate/error.hpp>
+#include <costate/models/disk.hpp>
+#include <costate/shooting/locate.hpp>
+#include <costate/shooting/solve.hpp>
+
+#include <atomic>
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <new>
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// Every allocation by new, and by the containers that stand on it, is counted. Not what goes to malloc: Eigen's vectors, and CVODES' own.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+// GCC does not see that the operators belong together.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace costate {
+namespace {
+
+using disk::ArcKind;
+
+std::shared_ptr<const Problem> free_disk() { return disk::make_problem({}, {disk::ArcType{}}); }
+std::shared_ptr<const Problem> limited_disk() {
+  disk::Scene scene;
+  scene.friction = 0.0525;
+  return disk::make_problem(scene, {{ArcKind::saturated, 1.0}, {}, {ArcKind::saturated, -1.0}});
+}
+Eigen::VectorXd rough_start(bool limited) {
+  Eigen::VectorXd y(limited ? 6 : 3);
+  if (limited) {
+    y << 0.76, std::acos(0.77), 0.0, 1.08, 0.04, 1.08;
+  } else {
+    y << std::acos(0.5), 0.5, 2.0;
+  }
+  return y;
+}
+
+class EveryEngine : public testing::TestWithParam<Method> {
+ protected:
+  [[nodiscard]] static LocateOptions options(double accuracy) { return {.accuracy = accuracy, .method = GetParam()}; }
+};
+INSTANTIATE_TEST_SUITE_P(Locate, EveryEngine, testing::Values(Method::adams, Method::runge_kutta));
+
+// The root by the certified solve has bounds of its own.
+TEST_P(EveryEngine, FindsRootsToTheAccuracy) {
+  for (const bool limited : {false, true}) {
+    Shooting shooting(limited ? limited_disk() : free_disk());
+    const Solution reference = solve(shooting, rough_start(limited), {.accuracy = 1e-11});
+    ASSERT_TRUE(reference.solved()) << reference.message;
+    for (const double accuracy : {1e-4, 1e-6, 1e-9}) {
+      const Located root = locate(shooting, rough_start(limited), options(accuracy));
+      ASSERT_TRUE(root.converged()) << describe(root.termination);
+      for (Eigen::Index i = 0; i < root.y.size(); ++i) {
+        const double bound = accuracy * std::max(1.0, std::abs(reference.y[i])) +
+                             reference.unknowns[static_cast<std::size_t>(i)].error_bound;
+        EXPECT_NEAR(root.y[i], reference.y[i], bound) << accuracy << " unknown " << i;
+      }
+      EXPECT_LE(root.error, 1.3 * accuracy) << "a quarter may be Newton's, the rest is the integration's";
+      EXPECT_GT(root.error, 0.0);
+    }
+  }
+}
+
+TEST_P(EveryEngine, AgreesWithClosedForms) {
+  small::OscillatorTransfer oscillator(1.3, 2.0, 0.4);
+  Shooting shooting(std::shared_ptr<const Problem>(&oscillator, [](const Problem*) {}));
+  const Located root = locate(shooting, Eigen::VectorXd::Constant(1, 0.0), options(1e-9));
+  ASSERT_TRUE(root.converged());
+  EXPECT_NEAR(root.y[0], oscillator.v0(), 1e-9 * std::max(1.0, std::abs(oscillator.v0())));
+}
+
+// From the second root on: the first of a size may allocate.
+TEST_P(EveryEngine, AllocatesNothingOnceWarm) {
+  for (const bool limited : {false, true}) {
+    Shooting shooting(limited ? limited_disk() : free_disk());
+    Locator locator(shooting, options(1e-9));
+    const Eigen::VectorXd start = rough_start(limited);
+    ASSERT_TRUE(locator.find(start).converged());
+    const long before = allocations;
+    const bool converged = locator.find(start).converged();
+    const long after = allocations;
+    EXPECT_TRUE(converged);
+    EXPECT_EQ(after, before);
+  }
+}
+
+TEST_P(EveryEngine, FollowsAParameter) {
+  Shooting shooting(free_disk());
+  std::vector<double> headings;
+  for (int i = 0; i < 30; ++i) headings.push_back(1.57 - 0.015 * i);
+  const std::vector<Located> roots = locate_along(shooting, rough_start(false), "heading", headings, options(1e-8));
+  ASSERT_EQ(roots.size(), headings.size());
+  long integrations = 0;
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    ASSERT_TRUE(roots[i].converged()) << headings[i];
+    integrations += roots[i].statistics.integrations;
+    if (i % 7 != 0) continue;
+    std::vector<double> parameters = shooting.parameters();
+    parameters[2] = headings[i];
+    shooting.set_parameters(parameters);
+    const Located alone = locate(shooting, roots[i].y, options(1e-11));
+    ASSERT_TRUE(alone.converged());
+    EXPECT_LE((alone.y - roots[i].y).cwiseAbs().maxCoeff(), 1e-8 * std::max(1.0, alone.y.cwiseAbs().maxCoeff()));
+  }
+  // Two integrations a point would be one to correct a prediction and one to confirm it.
+  EXPECT_LT(integrations, 2 * std::ssize(roots));
+}
+
+TEST(Shooting, ReportsAreMadeWithoutAnotherIntegration) {
+  Shooting shooting(limited_disk()), other(limited_disk());
+  const Eigen::VectorXd y = rough_start(true);
+  EXPECT_TRUE(shooting.evaluate(y, {}, Extent::equations).reports().empty());
+  const Eigen::VectorXd rows = shooting.residual(shooting.evaluate(y, {}, Extent::equations));
+  const long integrations = shooting.statistics().integrations;
+  const Shot& later = shooting.evaluate(y);
+  const Shot& at_once = other.evaluate(y);
+  EXPECT_EQ(shooting.statistics().integrations, integrations);
+  EXPECT_EQ(shooting.residual(later), rows);
+  ASSERT_EQ(later.reports().size(), at_once.reports().size());
+  for (std::size_t i = 0; i < later.reports().size(); ++i) {
+    EXPECT_EQ(later.reports()[i].name, at_once.reports()[i].name);
+    EXPECT_EQ(later.reports()[i].value.value, at_once.reports()[i].value.value);
+  }
+  ASSERT_EQ(later.guards().size(), at_once.guards().size());
+  ASSERT_EQ(later.arcs().size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(later.arcs()[i].quadrature, at_once.arcs()[i].quadrature);
+}
+
+small::Equations equations(std::vector<Unknown> unknowns, small::Equations::RowsOf rows) {
+  std::vector<Row> names(unknowns.size(), Row{"row"});
+  return {std::move(unknowns), std::move(names), std::move(rows)};
+}
+Located root_of(const small::Equations& problem, double start, const LocateOptions& options = {}) {
+  Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+  return locate(shooting, Eigen::VectorXd::Constant(1, start), options);
+}
+
+// Full steps of Newton's method on arctan diverge from |y| > 1.3917.
+TEST(Locate, IsDampedWhereFullStepsDiverge) {
+  const auto problem = equations({{"y"}}, [](Shot& shot) {
+    const Jet& y = shot.unknown(0);
+    return std::vector<Jet>{Jet::chain(y, std::atan(y.value), 1.0 / (1.0 + y.value * y.value))};
+  });
+  const Located root = root_of(problem, 10.0);
+  ASSERT_TRUE(root.converged()) << describe(root.termination);
+  EXPECT_NEAR(root.y[0], 0.0, 1e-8);
+}
+
+TEST(Locate, StaysWithinLimits) {
+  double least = 1.0;
+  const auto problem = equations({{.name = "y", .lower = 0.0}}, [&least](Shot& shot) {
+    least = std::min(least, shot.unknown(0).value);
+    return std::vector<Jet>{log(shot.unknown(0)) + 4.0};
+  });
+  const Located root = root_of(problem, 1.0);
+  ASSERT_TRUE(root.converged()) << describe(root.termination);
+  EXPECT_NEAR(root.y[0], std::exp(-4.0), 1e-8);
+  EXPECT_GT(least, 0.0);
+}
+
+TEST(Locate, FailuresAreValues) {
+  const auto none = equations({{"y"}}, [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });
+  const Located nowhere = root_of(none, 0.7);
+  EXPECT_FALSE(nowhere.converged());
+  const auto border = equations({{"y"}}, [](Shot& shot) { return std::vector<Jet>{sqrt(shot.unknown(0), "y") + 1.0}; });
+  const Located outside = root_of(border, -1.0);
+  EXPECT_EQ(outside.termination, Termination::left_domain);
+  EXPECT_TRUE(small::contains(outside.message, "y is -1")) << outside.message;
+  const auto flat = equations({{"y"}}, [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });
+  EXPECT_EQ(root_of(flat, 0.0).termination, Termination::singular_jacobian);
+  EXPECT_EQ(root_of(none, 0.7, {.max_iterations = 1}).termination, Termination::iteration_limit);
+}
+
+TEST(Locate, BadOptionsAreRefused) {
+  Shooting shooting(free_disk());
+  const Eigen::VectorXd start = rough_start(false);
+  EXPECT_THROW((void)locate(shooting, start, {.accuracy = 0.0}), BadInput);
+  EXPECT_THROW((void)locate(shooting, start, {.max_iterations = 0}), BadInput);
+  EXPECT_THROW((void)locate(shooting, start.head(2)), BadInput);
+  const std::vector<double> values{1.5};
+  EXPECT_THROW((void)locate_along(shooting, start, "colour", values), BadInput);
+}
+
+// Nine unknowns and more are solved for as multiple shooting's are.
+TEST(Locate, ManyUnknowns) {
+  constexpr std::size_t count = 12;
+  std::vector<Unknown> unknowns(count, Unknown{"y"});
+  const auto problem = equations(unknowns, [](Shot& shot) {
+    std::vector<Jet> rows;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Jet& y = shot.unknown(i);
+      rows.push_back(y * y - static_cast<double>(i + 1) + 0.01 * (shot.unknown((i + 1) % count) - y));
+    }
+    return rows;
+  });
+  Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+  const Located root = locate(shooting, Eigen::VectorXd::Constant(count, 2.0), {.accuracy = 1e-10});
+  ASSERT_TRUE(root.converged()) << describe(root.termination);
+  Eigen::VectorXd residual(count);
+  shooting.residual(root.y, residual);
+  EXPECT_LE(residual.cwiseAbs().maxCoeff(), 1e-10 * 2.0 * 4.0) << "rows have slopes up to 2 √12";
+}
+
+}  // namespace
+}  // namespace costate
