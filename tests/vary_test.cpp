@@ -6,6 +6,7 @@
 #include <costate/error.hpp>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace costate::tools {
 namespace {
