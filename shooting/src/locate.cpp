@@ -12,8 +12,8 @@ namespace costate {
 
 namespace {
 
-constexpr double margin = 0.25;             // a predicted error is trusted up to this share of the accuracy
-constexpr double least_contraction = 0.05;  // c is not believed to be smaller
+constexpr double margin = 0.25;            // a predicted error is trusted up to this share of the accuracy
+constexpr double least_contraction = 0.3;  // c is not believed to be smaller
 constexpr double least_damping = 1e-4;
 constexpr double tightest = 1e-15;
 
@@ -268,7 +268,7 @@ class Locator::Search {
 
   /// Of the integration at a point whose correction is expected to have a length.
   [[nodiscard]] double next_tolerance(double predicted, double present) const {
-    constexpr double share = 0.3;
+    constexpr double share = 3.0;                              // true errors are well below tolerances
     const double left = contraction_ * predicted * predicted;  // after that correction
     if (left <= margin * options_.accuracy) return last_tolerance_;
     return std::clamp(share * left, last_tolerance_, std::max(present, last_tolerance_));

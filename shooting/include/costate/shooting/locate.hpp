@@ -18,11 +18,11 @@
 namespace costate {
 
 struct LocateOptions {
-  double accuracy = 1e-8;               ///< wanted of every unknown, in units of the larger of its scale and magnitude
-  double first_tolerance = 1e-2;        ///< of the integrations from a start
+  double accuracy = 1e-8;         ///< wanted of every unknown, in units of the larger of its scale and magnitude
+  double first_tolerance = 3e-2;  ///< of the integrations from a start
   /// Of the last integration, where an error of the rows by it moves the unknowns by as much; less where it moves them by more, and
   /// for multistep methods, whose errors add up to some ten times their tolerance.
-  double tolerance_per_accuracy = 0.5;
+  double tolerance_per_accuracy = 2.0;
   Method method = Method::adams;
   long max_steps = 20000;     ///< of the integrator, per arc
   double longest_step = 0.0;  ///< see FlowOptions
@@ -39,7 +39,7 @@ struct Located {
   /// Estimated from the contraction and the tolerance of the last integration. It is no bound: a solve gives one.
   double error = 0.0;
   Statistics statistics{};  ///< what it has cost
-  std::string message{};  ///< of the last excursion from the domain, if any
+  std::string message{};    ///< of the last excursion from the domain, if any
   [[nodiscard]] bool converged() const { return termination == Termination::converged; }
 };
 
