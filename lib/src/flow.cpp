@@ -48,7 +48,9 @@ std::span<const double> Flow::advance(double t0, double t1, std::span<const doub
   if (t0 == t1) {
     std::fill(std::copy(z0.begin(), z0.end(), lifted_end_.begin()), lifted_end_.end(), 0.0);
   } else {
-    integrator(d).advance({t0, t1, z0, p}, options_, lifted_end_, statistics_);
+    Integrator& chosen = integrator(d);
+    chosen.advance({t0, t1, z0, p}, options_, lifted_end_, statistics_);
+    largest_ = chosen.largest();
   }
   return lifted_end_;
 }

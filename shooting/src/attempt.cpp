@@ -152,48 +152,67 @@ class Solver {
   }
 
   /// One Newton correction from a tighter integration, a second opinion on it, and from both the error bounds.
+  ///
+  /// The errors of one method are systematic, those of two have nothing in common: the first opinion is another method's than the
+  /// solve's, the second the solve's own. An arc that only one of them can integrate, a stiff one for example, is judged by that one twice.
   bool correct(double tolerance, const NewtonResult& result) {
     if (!near_root(result.termination)) return not_converged(result);
-    const double tight = std::max(tightest_verify, verify_factor * tolerance);
+    const Eigen::VectorXd root = point_;
+    if (options_.method != Method::bdf) {
+      try {
+        return correct(tolerance, result, options_.method == Method::adams ? Method::runge_kutta : Method::adams);
+      } catch (const LeftDomain&) {
+        point_ = root;
+      }
+    }
     try {
-      const std::vector<Report> loose = shooting_.evaluate(point_).reports();
-      shooting_.set_flow_options(flow_options(options_, tight));
-      const Shot shot = shooting_.evaluate(point_);
-      const Staircase jacobian = shooting_.decompose(shot);
-      if (!isolated(jacobian)) return false;
-      const Eigen::VectorXd correction = jacobian.solve(shooting_.residual(shot));
-      const double size = correction.cwiseQuotient(shooting_.unknown_scales()).cwiseAbs().maxCoeff();
-      if (!result.converged() && !(size <= coarsest_accuracy)) return not_converged(result);
-
-      const Eigen::VectorXd before = point_;
-      point_ -= correction;
-      // Errors of a multistep method are systematic, so the second opinion must have another tolerance to see them.
-      // A tighter one differs by nearly all of the first's error; where there is none, a looser one by several times that.
-      const bool at_floor = tight < 5.0 * tightest_verify;
-      FlowOptions other = flow_options(options_, tight * (at_floor ? 5.0 : 0.2));
-      other.longest_step *= closer_look;
-      shooting_.set_flow_options(other);
-      const Shot second = shooting_.values(point_);
-      const Opinions opinions(shooting_, jacobian, correction, shooting_.residual(second), at_floor ? 1.5 : 3.0);
-      solution_.reports.clear();
-      for (std::size_t i = 0; i < shot.reports().size(); ++i) {
-        const Report& report = shot.reports()[i];
-        Eigen::VectorXd gradient = Eigen::VectorXd::Zero(shooting_.size());
-        for (const auto& entry : report.value.gradient()) gradient[entry.column] = entry.derivative;
-        solution_.reports.push_back(opinions.quantity(report.name, report.unit, gradient, loose[i].value.value,
-                                                      report.value.value, second.reports()[i].value.value));
-      }
-      solution_.unknowns.clear();
-      for (Eigen::Index i = 0; i < shooting_.border(); ++i) {
-        solution_.unknowns.push_back(opinions.quantity(shooting_.unknown_name(i), "",
-                                                       Eigen::VectorXd::Unit(shooting_.size(), i), before[i], before[i],
-                                                       point_[i]));
-      }
-      return true;
+      return correct(tolerance, result, options_.method);
     } catch (const LeftDomain& failure) {
       solution_.message = fmt::format("the root found cannot be verified: {}", failure.what());
       return false;
     }
+  }
+
+  bool correct(double tolerance, const NewtonResult& result, Method first_method) {
+    shooting_.set_flow_options(flow_options(options_, tolerance));
+    const std::vector<Report> loose = shooting_.evaluate(point_).reports();
+    const double tight = std::max(tightest_verify, verify_factor * tolerance);
+    FlowOptions first = flow_options(options_, tight);
+    first.method = first_method;
+    shooting_.set_flow_options(first);
+    const Shot shot = shooting_.evaluate(point_);
+    const Staircase jacobian = shooting_.decompose(shot);
+    if (!isolated(jacobian)) return false;
+    const Eigen::VectorXd correction = jacobian.solve(shooting_.residual(shot));
+    const double size = correction.cwiseQuotient(shooting_.unknown_scales()).cwiseAbs().maxCoeff();
+    if (!result.converged() && !(size <= coarsest_accuracy)) return not_converged(result);
+
+    const Eigen::VectorXd before = point_;
+    point_ -= correction;
+    // One method twice must have another tolerance to see its own errors. A tighter one differs by nearly all of the first's error;
+    // where there is none, a looser one by several times that.
+    const bool at_floor = tight < 5.0 * tightest_verify, independent = first_method != options_.method;
+    FlowOptions second_options = flow_options(options_, at_floor ? (independent ? tight : 5.0 * tight) : 0.2 * tight);
+    second_options.longest_step *= closer_look;
+    shooting_.set_flow_options(second_options);
+    const Shot second = shooting_.values(point_);
+    const Opinions opinions(shooting_, jacobian, correction, shooting_.residual(second), at_floor ? 1.5 : 3.0,
+                            shot.largest());
+    solution_.reports.clear();
+    for (std::size_t i = 0; i < shot.reports().size(); ++i) {
+      const Report& report = shot.reports()[i];
+      Eigen::VectorXd gradient = Eigen::VectorXd::Zero(shooting_.size());
+      for (const auto& entry : report.value.gradient()) gradient[entry.column] = entry.derivative;
+      solution_.reports.push_back(opinions.quantity(report.name, report.unit, gradient, loose[i].value.value,
+                                                    report.value.value, second.reports()[i].value.value));
+    }
+    solution_.unknowns.clear();
+    for (Eigen::Index i = 0; i < shooting_.border(); ++i) {
+      solution_.unknowns.push_back(opinions.quantity(shooting_.unknown_name(i), "",
+                                                     Eigen::VectorXd::Unit(shooting_.size(), i), before[i], before[i],
+                                                     point_[i]));
+    }
+    return true;
   }
 
   bool isolated(const Staircase& jacobian) {

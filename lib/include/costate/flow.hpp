@@ -95,6 +95,8 @@ class Flow {
   /// The same on contiguous numbers, each followed by its d derivatives (see Field::variation): z0 has n (1 + d) entries and p
   /// m (1 + d). Returns z₁ and w₁ − w₀, (n + k)(1 + d) entries that are valid until the next call. \throws LeftDomain as above
   std::span<const double> advance(double t0, double t1, std::span<const double> z0, std::span<const double> p, int d);
+  /// The largest magnitude that a number of (z, w) had on the way of the last advance: what rounding errors are relative to.
+  [[nodiscard]] double largest() const { return largest_; }
   /// The same without sensitivities, keeping dense output; w starts at w0.
   Trajectory record(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& w0, const Eigen::VectorXd& p);
 
@@ -106,6 +108,7 @@ class Flow {
   Statistics statistics_;
   FlowEnd end_;
   std::vector<double> lifted_end_;
+  double largest_ = 0.0;
   std::vector<std::unique_ptr<Integrator>> integrators_;
 };
 

@@ -19,14 +19,15 @@ namespace costate {
 /// sensitivities. The variable of integration runs from t0 to t1, backward if t1 < t0. It is the time, unless the field is stated
 /// in another one (an angle that runs monotonically); then one of the quadratures is the time.
 struct ArcStart {
-  int arc = 0;               ///< place of the arc in the problem's sequence
+  int arc = 0;  ///< place of the arc in the problem's sequence
   const Field* field = nullptr;
   Jet t0{}, t1{};
-  double clock = 0.0;        ///< time of the chain of arcs at the integration variable's 0, in the integration's unit
-  Jets state{};       ///< z₀ (n)
-  Jets quadrature{};  ///< w₀ (k)
-  Jets parameter{};   ///< p (m)
-  std::optional<int> time_quadrature{};  ///< place in w of the time of the chain; none: the variable of integration is the time
+  double clock = 0.0;  ///< time of the chain of arcs at the integration variable's 0, in the integration's unit
+  Jets state{};        ///< z₀ (n)
+  Jets quadrature{};   ///< w₀ (k)
+  Jets parameter{};    ///< p (m)
+  std::optional<int>
+      time_quadrature{};  ///< place in w of the time of the chain; none: the variable of integration is the time
 };
 
 struct ArcEnd {
@@ -46,11 +47,11 @@ struct ArcRecord {
   SegmentPlace place{};
   const Field* field = nullptr;
   double t0 = 0.0, t1 = 0.0, clock = 0.0;
-  std::optional<int> time_quadrature{};  ///< see ArcStart
-  double time_unit = 1.0;  ///< of the integration, in the unit of the problem's reports
+  std::optional<int> time_quadrature{};          ///< see ArcStart
+  double time_unit = 1.0;                        ///< of the integration, in the unit of the problem's reports
   Eigen::VectorXd state, quadrature, parameter;  ///< z, w at t0; p
   Eigen::VectorXd end_state;                     ///< z at t1
-  std::vector<double> constants;  ///< the problem's constants of motion, as given to Shot::complete
+  std::vector<double> constants;                 ///< the problem's constants of motion, as given to Shot::complete
 };
 
 /// A quantity a problem reports besides its unknowns: final time, switching times, …
@@ -153,6 +154,8 @@ class Shot {
   [[nodiscard]] const std::vector<Jet>& matches() const { return matches_; }
   /// The segment integrated last, or in which an integration failed.
   [[nodiscard]] SegmentPlace place() const { return place_; }
+  /// The largest magnitude that a state or quadrature had on the way along the arcs.
+  [[nodiscard]] double largest() const { return largest_; }
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
   [[nodiscard]] const std::vector<Guard>& guards() const { return guards_; }
   [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
@@ -186,6 +189,7 @@ class Shot {
   std::vector<Guard> guards_;
   std::vector<ArcRecord> arcs_;
   std::vector<double> reached_;  ///< numbers that integrations end with, one integration after the other
+  double largest_ = 0.0;
   std::size_t next_reached_ = 0;
   Scratch scratch_;
 };
