@@ -1,8 +1,11 @@
 /// Flows against closed forms: states, quadratures, sensitivities, dense output, and every way an integration can end early.
 #include "closed_flows.hpp"
 
+#include <costate/error.hpp>
+
 #include <Eigen/LU>
 #include <cstdlib>
+#include <limits>
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <new>
@@ -251,6 +254,37 @@ TEST(Flow, MemoryIsReused) {
   }
   EXPECT_EQ(allocations, before);
   EXPECT_EQ(flow.run(0.0, 5.0, z0, p, all).state, first) << "what was integrated in between leaves no trace";
+}
+
+TEST(Flow, RefusesOptionsAndSizesThatCannotBe) {
+  const FieldOf<Oscillator> field;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const FlowOptions& wrong :
+       {FlowOptions{.tolerance = {-1e-6, 1e-6}}, FlowOptions{.tolerance = {nan, 1e-6}},
+        FlowOptions{.tolerance = {1e-6, 0.0}}, FlowOptions{.tolerance = {1e-6, nan}},
+        FlowOptions{.tolerance = {}, .max_steps = 0}, FlowOptions{.tolerance = {}, .longest_step = -0.1}}) {
+    EXPECT_THROW(Flow(field, wrong), BadInput);
+    Flow flow(field);
+    EXPECT_THROW(flow.set_options(wrong), BadInput);
+  }
+  Flow flow(field);
+  const std::vector<double> three(3), four(4), one(1), two(2);
+  EXPECT_THROW((void)flow.advance(0.0, 1.0, three, two, 1), BadInput);
+  EXPECT_THROW((void)flow.advance(0.0, 1.0, four, one, 1), BadInput);
+  EXPECT_THROW((void)flow.record(0.0, 1.0, vector({1.0}), VectorXd::Zero(field.quadratures()), vector({1.3})), BadInput);
+}
+
+TEST(Flow, CountsWhatStepLimitsEnd) {
+  const FieldOf<Oscillator> field;
+  for (const Method method : {Method::adams, Method::bdf, Method::runge_kutta}) {
+    FlowOptions few = options(method, 1e-10);
+    few.max_steps = 3;
+    Flow flow(field, few);
+    const VectorXd z0 = vector({0.8, -0.6}), p = vector({1.3});
+    EXPECT_THROW((void)flow.run(0.0, 50.0, z0, p, no_directions(field)), LeftDomain);
+    EXPECT_THROW((void)flow.record(0.0, 50.0, z0, VectorXd::Zero(field.quadratures()), p), LeftDomain);
+    EXPECT_EQ(flow.statistics().exhausted, 2);
+  }
 }
 
 TEST(Flow, MethodAndToleranceCanBeChangedLater) {

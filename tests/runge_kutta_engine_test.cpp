@@ -176,6 +176,33 @@ TEST(Steps, NoStageThatIsNoNumberIsOverlooked) {
   EXPECT_GT(flow.statistics().error_test_failures, 0);
 }
 
+/// z' = −1, and no number below ½.
+struct HalfWay {
+  static constexpr int states = 1, parameters = 0, quadratures = 0;
+  template <class S>
+  Rates<S, 1, 0> rates(const S&, const Vec<S, 1>& z, const Vec<S, 0>&) const {
+    return {{z[0] < S(0.5) ? S(std::nan("")) : S(-1.0)}, {}};
+  }
+};
+
+// An odd number of directions has an idle one beside it, which stays finite.
+TEST(Steps, NoNumberIsNoEndInAnyNumberOfDirections) {
+  const FieldOf<HalfWay> field;
+  for (int d = 0; d <= 5; ++d) {
+    Flow flow(field, chosen(1e-8));
+    const Directions directions{MatrixXd::Ones(1, d), MatrixXd(0, d)};
+    EXPECT_THROW((void)flow.run(0.0, 0.8, vector({1.0}), VectorXd(0), directions), LeftDomain) << d;
+  }
+}
+
+TEST(DenseOutput, OfAnArcOfHardlyAnyLength) {
+  const FieldOf<Oscillator> field;
+  Flow flow(field, chosen(1e-8));
+  const VectorXd z0 = vector({0.8, -0.6});
+  const Trajectory trajectory = flow.record(0.0, 1e-60, z0, VectorXd::Zero(field.quadratures()), vector({1.3}));
+  EXPECT_EQ(VectorXd(trajectory.at(0.5e-60).head(2)), z0);
+}
+
 TEST(Steps, AtTheFloorOfDoublePrecisionItEnds) {
   const FieldOf<Oscillator> field;
   const VectorXd z0 = vector({0.8, -0.6}), p = vector({1.0});

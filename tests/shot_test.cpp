@@ -172,6 +172,15 @@ TEST(Shot, NamesTheArcThatLeftItsDomain) {
   EXPECT_TRUE(shot.arcs().empty()) << "an arc that failed is not recorded";
 }
 
+TEST(Shot, RefusesAnArcThatStartsFromTooLittle) {
+  const FieldOf<RootBorder> border;
+  FlowCache flows;
+  Shot shot(flows, {}, {}, 0);
+  EXPECT_THROW(shot.arc({.field = &border, .t0 = 0.0, .t1 = 1.0, .state = {2.0}}), BadInput);
+  EXPECT_THROW(shot.arc({.field = &border, .t0 = 0.0, .t1 = 1.0, .state = {0.5, 0.0}, .quadrature = {1.0}}), BadInput);
+  EXPECT_THROW(shot.arc({.field = &border, .t0 = 0.0, .t1 = 1.0, .state = {0.5, 0.0}, .parameter = {1.0}}), BadInput);
+}
+
 TEST(FlowCache, KeepsOneFlowForEachFieldAndAddsUp) {
   const FieldOf<ModulatedRotation> other;
   FlowCache flows;

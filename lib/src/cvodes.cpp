@@ -55,6 +55,7 @@ class Cvodes final : public Integrator {
       // Taken one at a time, steps are not counted by CVODES.
       if (taken == max_steps_) {
         count(statistics);
+        ++statistics.exhausted;
         throw LeftDomain(fmt::format("integration stopped at t = {:.6g}: {}", t, reason(CV_TOO_MUCH_WORK)));
       }
       step(start.t1, CV_ONE_STEP, t, statistics);

@@ -4,6 +4,7 @@
 #include <costate/flow.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 
 namespace costate {
@@ -28,10 +29,41 @@ Statistics& Statistics::operator-=(const Statistics& other) {
   return *this;
 }
 
-Flow::Flow(const Field& field, FlowOptions options) : field_(&field), options_(options) {}
+namespace {
+
+void check(const FlowOptions& options) {
+  const auto admit = [](bool good, const char* name, double value, const char* range) {
+    if (!good) throw BadInput(fmt::format("{} = {:g} is not admissible: {}", name, value, range));
+  };
+  const Tolerance& tolerance = options.tolerance;
+  admit(tolerance.relative >= 0.0 && std::isfinite(tolerance.relative), "tolerance.relative", tolerance.relative,
+        "a finite number, 0 or more");
+  admit(tolerance.absolute > 0.0 && std::isfinite(tolerance.absolute), "tolerance.absolute", tolerance.absolute,
+        "a positive number");
+  admit(options.max_steps >= 1, "max_steps", static_cast<double>(options.max_steps), "1 or more");
+  admit(options.longest_step >= 0.0 && std::isfinite(options.longest_step), "longest_step", options.longest_step,
+        "a finite number, 0 or more");
+}
+
+void check_size(std::size_t size, int count, int directions, const char* what) {
+  const auto wanted = static_cast<std::size_t>(count) * static_cast<std::size_t>(1 + directions);
+  if (size != wanted) {
+    throw BadInput(fmt::format("an arc of {} {} in {} directions is given {} numbers for them, not {}", count, what,
+                               directions, size, wanted));
+  }
+}
+
+}  // namespace
+
+Flow::Flow(const Field& field, FlowOptions options) : field_(&field), options_(options) { check(options); }
 Flow::~Flow() = default;
 Flow::Flow(Flow&&) noexcept = default;
 Flow& Flow::operator=(Flow&&) noexcept = default;
+
+void Flow::set_options(const FlowOptions& options) {
+  check(options);
+  options_ = options;
+}
 
 Integrator& Flow::integrator(int directions) {
   const auto found = std::find_if(integrators_.begin(), integrators_.end(), [&](const auto& integrator) {
@@ -44,9 +76,12 @@ Integrator& Flow::integrator(int directions) {
 }
 
 std::span<const double> Flow::advance(double t0, double t1, std::span<const double> z0, std::span<const double> p, int d) {
+  check_size(z0.size(), field_->states(), d, "states");
+  check_size(p.size(), field_->parameters(), d, "parameters");
   lifted_end_.resize(static_cast<std::size_t>((field_->states() + field_->quadratures()) * (1 + d)));
   if (t0 == t1) {
     std::fill(std::copy(z0.begin(), z0.end(), lifted_end_.begin()), lifted_end_.end(), 0.0);
+    largest_ = 0.0;  // nothing was integrated
   } else {
     Integrator& chosen = integrator(d);
     chosen.advance({t0, t1, z0, p}, options_, lifted_end_, statistics_);
@@ -93,6 +128,9 @@ Trajectory Flow::record(double t0, double t1, const Eigen::VectorXd& z0, const E
                         const Eigen::VectorXd& p) {
   Eigen::VectorXd start(z0.size() + w0.size());
   start << z0, w0;
+  check_size(numbers(z0).size(), field_->states(), 0, "states");
+  check_size(numbers(p).size(), field_->parameters(), 0, "parameters");
+  check_size(numbers(w0).size(), field_->quadratures(), 0, "quadratures");
   Trajectory trajectory(t0, std::move(start));
   if (t0 != t1) integrator(0).record({t0, t1, numbers(z0), numbers(p)}, w0, options_, trajectory, statistics_);
   return trajectory;

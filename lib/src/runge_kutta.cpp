@@ -76,8 +76,14 @@ class RungeKutta final : public Integrator {
       trajectory.append({h == start.t1 - t ? start.t1 : t + h, std::move(taylor)});
       return true;
     };
-    integrate(start, options, statistics, keep, true);
-    statistics.rhs_evaluations += inner_->evaluations() - before;
+    const auto count_inner = [&] { statistics.rhs_evaluations += inner_->evaluations() - before; };
+    try {
+      integrate(start, options, statistics, keep, true);
+    } catch (...) {
+      count_inner();
+      throw;
+    }
+    count_inner();
   }
 
  private:
@@ -245,7 +251,16 @@ class RungeKutta final : public Integrator {
     }
     taylor.rightCols(6).noalias() = data * hermite.transpose();
     double power = 1.0;
-    for (Eigen::Index j = 1; j < taylor.cols(); ++j) taylor.col(j) /= (power *= h);
+    for (Eigen::Index j = 1; j < taylor.cols(); ++j) {
+      power *= h;
+      // What is left of so short a step is nothing.
+      if (std::abs(power) < std::numeric_limits<double>::min()) {
+        taylor.rightCols(taylor.cols() - j).setZero();
+        break;
+      }
+      if (!std::isfinite(power)) return false;
+      taylor.col(j) /= power;
+    }
     return taylor.allFinite();
   }
 

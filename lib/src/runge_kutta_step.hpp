@@ -85,8 +85,8 @@ class RungeKuttaStep {
     for (std::size_t j = 0; j < columns; ++j) {
       double sum = 0.0;
       for (std::size_t i = j; i < entries_; i += columns) sum += squares[i];
-      // A sum that is not a number must not be lost.
-      if (!(sum <= largest)) largest = sum;
+      // What is not a number must not be lost.
+      if (sum > largest || std::isnan(sum)) largest = sum;
     }
     return std::sqrt(largest * static_cast<double>(columns) / static_cast<double>(entries_));
   }

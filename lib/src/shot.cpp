@@ -93,6 +93,16 @@ class Seeding {
   bool by_column_ = true;
 };
 
+void check_sizes(const ArcStart& start) {
+  const auto check = [&](std::size_t given, int wanted, const char* what) {
+    if (given != static_cast<std::size_t>(wanted))
+      throw BadInput(fmt::format("arc {} starts with {} {}, its field has {}", start.arc + 1, given, what, wanted));
+  };
+  check(start.state.size(), start.field->states(), "states");
+  check(start.quadrature.size(), start.field->quadratures(), "quadratures");
+  check(start.parameter.size(), start.field->parameters(), "parameters");
+}
+
 }  // namespace
 
 const char* describe(EventKind kind) {
@@ -149,6 +159,7 @@ void Shot::begin() {
 void Shot::finish() { arcs_.resize(recorded_); }
 
 ArcEnd Shot::arc(const ArcStart& start) {
+  check_sizes(start);
   place_ = {calls_++, 0};
   if (sketch_) return sketched(start);
   try {
@@ -241,7 +252,7 @@ ArcEnd Shot::integrate(const ArcStart& start) {
     seeding.lift(scratch_.state, scratch_.parameter);
     Flow& flow = (*flows_)[field];
     const auto end = flow.advance(start.t0.value, start.t1.value, scratch_.state, scratch_.parameter,
-                                              static_cast<int>(seeding.count()));
+                                  static_cast<int>(seeding.count()));
     largest_ = std::max(largest_, flow.largest());
     reached_.resize(next_reached_ + numbers + n + k);
     std::copy(end.begin(), end.end(), reached_.data() + next_reached_);

@@ -77,13 +77,13 @@ class Integrator;
 /// Integrates one Field over and over. Memory is allocated at the first use of a number of directions and reused after.
 class Flow {
  public:
-  /// The field must outlive the flow.
+  /// The field must outlive the flow. \throws BadInput for an option out of range, as set_options does
   explicit Flow(const Field& field, FlowOptions options = {});
   ~Flow();
   Flow(Flow&&) noexcept;
   Flow& operator=(Flow&&) noexcept;
 
-  void set_options(const FlowOptions& options) { options_ = options; }
+  void set_options(const FlowOptions& options);
   [[nodiscard]] const FlowOptions& options() const { return options_; }
   [[nodiscard]] const Field& field() const { return *field_; }
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
@@ -93,7 +93,8 @@ class Flow {
   const FlowEnd& run(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& p,
                      const Directions& directions);
   /// The same on contiguous numbers, each followed by its d derivatives (see Field::variation): z0 has n (1 + d) entries and p
-  /// m (1 + d). Returns z₁ and w₁ − w₀, (n + k)(1 + d) entries that are valid until the next call. \throws LeftDomain as above
+  /// m (1 + d). Returns z₁ and w₁ − w₀, (n + k)(1 + d) entries that are valid until the next call. \throws LeftDomain as above, BadInput if
+  /// the sizes are others
   std::span<const double> advance(double t0, double t1, std::span<const double> z0, std::span<const double> p, int d);
   /// The largest magnitude that a number of (z, w) had on the way of the last advance: what rounding errors are relative to.
   [[nodiscard]] double largest() const { return largest_; }

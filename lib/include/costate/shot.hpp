@@ -129,7 +129,7 @@ class Shot {
   [[nodiscard]] const Jet& unknown(std::size_t i) const { return unknowns_.at(i); }
   [[nodiscard]] const Jet& parameter(std::size_t i) const { return parameters_.at(i); }
 
-  /// Integrates one arc. \throws LeftDomain naming the arc.
+  /// Integrates one arc. \throws LeftDomain naming the arc, BadInput where what it starts from does not fit its field.
   ArcEnd arc(const ArcStart& start);
   void row(std::size_t i, const Jet& value) { rows_.at(i) = value; }
   /// Are report() and guard() of any use in this evaluation? Else what they are given need not be made.
