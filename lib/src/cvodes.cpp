@@ -104,7 +104,6 @@ class Cvodes final : public Integrator {
     scatter(start.state);
     gate_.clear();
     evaluations_ = sensitivity_evaluations_ = 0;
-    forget();
     check(CVodeReInit(memory_.get(), start.t0, y_.get()), "CVodeReInit");
     if (forward_ > 0) check(CVodeSensReInit(memory_.get(), mode(), ys_.get()), "CVodeSensReInit");
     set_tolerances(start.state, options.tolerance);
@@ -259,11 +258,8 @@ class Cvodes final : public Integrator {
 
   static Cvodes& self(void* data) { return *static_cast<Cvodes*>(data); }
 
-  // Asked for at every step.
   static int weights(N_Vector y, N_Vector w, void* data) {
-    Cvodes& i = self(data);
-    const auto columns = static_cast<std::size_t>(i.columns_);
-    i.see({N_VGetArrayPointer(y), static_cast<std::size_t>(i.n_ + i.k_) * columns}, columns);
+    const Cvodes& i = self(data);
     return sundials::set_weights(y, i.relative_, i.absolute_.data(), w) ? 0 : -1;
   }
   static int rates(double t, N_Vector y, N_Vector dy, void* data) {

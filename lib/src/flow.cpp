@@ -81,11 +81,8 @@ std::span<const double> Flow::advance(double t0, double t1, std::span<const doub
   lifted_end_.resize(static_cast<std::size_t>((field_->states() + field_->quadratures()) * (1 + d)));
   if (t0 == t1) {
     std::fill(std::copy(z0.begin(), z0.end(), lifted_end_.begin()), lifted_end_.end(), 0.0);
-    largest_ = 0.0;  // nothing was integrated
   } else {
-    Integrator& chosen = integrator(d);
-    chosen.advance({t0, t1, z0, p}, options_, lifted_end_, statistics_);
-    largest_ = chosen.largest();
+    integrator(d).advance({t0, t1, z0, p}, options_, lifted_end_, statistics_);
   }
   return lifted_end_;
 }

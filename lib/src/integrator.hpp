@@ -4,9 +4,6 @@
 
 #include <costate/flow.hpp>
 
-#include <algorithm>
-#include <cmath>
-
 namespace costate {
 
 /// An initial value problem. Numbers are followed by their derivatives, see Field::variation.
@@ -28,21 +25,9 @@ class Integrator {
   /// From t0 to t1 ≠ t0, quadratures from 0: `end` becomes (z₁, w₁). \throws LeftDomain
   virtual void advance(const InitialValue& start, const FlowOptions& options, std::span<double> end,
                        Statistics& statistics) = 0;
-  /// The largest magnitude that a number of (z, w) had at a step of the last advance: what rounding errors are relative to.
-  [[nodiscard]] double largest() const { return largest_; }
   /// The same without directions, keeping dense output; w starts at w0. Pieces are appended to the trajectory. \throws LeftDomain
   virtual void record(const InitialValue& start, const Eigen::VectorXd& w0, const FlowOptions& options,
                       Trajectory& trajectory, Statistics& statistics) = 0;
-
- protected:
-  /// Looks at (z, w), `stride` apart, as it is at a step.
-  void see(std::span<const double> numbers, std::size_t stride) {
-    for (std::size_t i = 0; i < numbers.size(); i += stride) largest_ = std::max(largest_, std::abs(numbers[i]));
-  }
-  void forget() { largest_ = 0.0; }
-
- private:
-  double largest_ = 0.0;
 };
 
 /// Adams–Moulton or BDF by CVODES.

@@ -116,8 +116,6 @@ class RungeKutta final : public Integrator {
       for (std::size_t i = j; i < absolute.size(); i += columns_) absolute[i] = options.tolerance.absolute * size;
     }
     reason_.clear();
-    forget();
-    see(y, columns_);
     taken_ = rejected_ = 0;
     evaluated_ = step_->evaluations();
   }
@@ -169,7 +167,6 @@ class RungeKutta final : public Integrator {
         t = next;
         ++taken_;
         step_->accept();
-        see(step_->state(), columns_);
         check_tolerance(t, options.tolerance, statistics);
         most = most_factor;
         retreats = 0;

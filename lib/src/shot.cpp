@@ -135,7 +135,6 @@ void Shot::restart(std::span<const double> y, bool wants_reports) {
   }
   wants_reports_ = wants_reports;
   replays_ = false;
-  largest_ = 0.0;
   reached_.clear();
   begin();
 }
@@ -250,10 +249,8 @@ ArcEnd Shot::integrate(const ArcStart& start) {
   const std::size_t stride = 1 + seeding.count(), numbers = (n + k) * stride;
   if (!replays_) {
     seeding.lift(scratch_.state, scratch_.parameter);
-    Flow& flow = (*flows_)[field];
-    const auto end = flow.advance(start.t0.value, start.t1.value, scratch_.state, scratch_.parameter,
-                                  static_cast<int>(seeding.count()));
-    largest_ = std::max(largest_, flow.largest());
+    const auto end = (*flows_)[field].advance(start.t0.value, start.t1.value, scratch_.state, scratch_.parameter,
+                                              static_cast<int>(seeding.count()));
     reached_.resize(next_reached_ + numbers + n + k);
     std::copy(end.begin(), end.end(), reached_.data() + next_reached_);
     if (!start.t1.gradient().empty()) {

@@ -196,8 +196,7 @@ class Solver {
     second_options.longest_step *= closer_look;
     shooting_.set_flow_options(second_options);
     const Shot second = shooting_.values(point_);
-    const Opinions opinions(shooting_, jacobian, correction, shooting_.residual(second), at_floor ? 1.5 : 3.0,
-                            shot.largest());
+    const Opinions opinions(shooting_, jacobian, correction, shooting_.residual(second), at_floor ? 1.5 : 3.0);
     solution_.reports.clear();
     for (std::size_t i = 0; i < shot.reports().size(); ++i) {
       const Report& report = shot.reports()[i];

@@ -13,9 +13,9 @@ namespace costate {
 /// the residual R₂ that the second still sees after it.
 class Opinions {
  public:
-  /// `margin`: error of the first opinion in units of the disagreement; `largest`: of the numbers integrated, to which rounding is relative.
+  /// `margin`: error of the first opinion in units of the disagreement.
   Opinions(const Shooting& shooting, const Staircase& jacobian, const Eigen::VectorXd& correction,
-           const Eigen::VectorXd& second_residual, double margin, double largest);
+           const Eigen::VectorXd& second_residual, double margin);
 
   /// A quantity q with gradient g, known from the solve's integration (loose), from the first tight one at the same point, and
   /// from the second at the corrected point. Its value is q − g·δ. Its bound adds what the tighter integration changed in q
@@ -31,7 +31,6 @@ class Opinions {
   Eigen::VectorXd row_scales_;
   Eigen::VectorXd disagreement_;  ///< of the rows
   double margin_;
-  Eigen::VectorXd rounding_;  ///< of the rows
 };
 
 }  // namespace costate

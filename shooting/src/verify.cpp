@@ -175,6 +175,10 @@ std::string verify_root(Shooting& shooting, const Eigen::VectorXd& point, double
           gap, solution.arcs[i - 1].record.arc + 1, solution.arcs[i].record.arc + 1, solution.arcs[i].begin);
     }
   }
+  // What is left of a gap is error: one arc begins where the other ends.
+  for (std::size_t i = 1; i < solution.arcs.size(); ++i) {
+    solution.arcs[i].begin = std::min(solution.arcs[i - 1].end, solution.arcs[i].end);
+  }
   solution.certificate.checks.clear();
   // Conditions along the arcs are known to the error of this integration, far better than the accuracy asked of the result, and
   // a switching function is small where it matters.

@@ -96,8 +96,6 @@ class Flow {
   /// m (1 + d). Returns z₁ and w₁ − w₀, (n + k)(1 + d) entries that are valid until the next call. \throws LeftDomain as above, BadInput if
   /// the sizes are others
   std::span<const double> advance(double t0, double t1, std::span<const double> z0, std::span<const double> p, int d);
-  /// The largest magnitude that a number of (z, w) had on the way of the last advance: what rounding errors are relative to.
-  [[nodiscard]] double largest() const { return largest_; }
   /// The same without sensitivities, keeping dense output; w starts at w0.
   Trajectory record(double t0, double t1, const Eigen::VectorXd& z0, const Eigen::VectorXd& w0, const Eigen::VectorXd& p);
 
@@ -109,7 +107,6 @@ class Flow {
   Statistics statistics_;
   FlowEnd end_;
   std::vector<double> lifted_end_;
-  double largest_ = 0.0;
   std::vector<std::unique_ptr<Integrator>> integrators_;
 };
 

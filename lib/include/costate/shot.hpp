@@ -154,8 +154,6 @@ class Shot {
   [[nodiscard]] const std::vector<Jet>& matches() const { return matches_; }
   /// The segment integrated last, or in which an integration failed.
   [[nodiscard]] SegmentPlace place() const { return place_; }
-  /// The largest magnitude that a state or quadrature had on the way along the arcs.
-  [[nodiscard]] double largest() const { return largest_; }
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
   [[nodiscard]] const std::vector<Guard>& guards() const { return guards_; }
   [[nodiscard]] const std::vector<ArcRecord>& arcs() const { return arcs_; }
@@ -189,7 +187,6 @@ class Shot {
   std::vector<Guard> guards_;
   std::vector<ArcRecord> arcs_;
   std::vector<double> reached_;  ///< numbers that integrations end with, one integration after the other
-  double largest_ = 0.0;
   std::size_t next_reached_ = 0;
   Scratch scratch_;
 };
