@@ -183,6 +183,29 @@ TEST(Locate, FailuresAreValues) {
   EXPECT_EQ(root_of(none, 0.7, {.max_iterations = 1}).termination, Termination::iteration_limit);
 }
 
+// √y has an infinite derivative at 0, where its correction would be −R/∞ = 0, a step that looks like that to a root.
+TEST(Locate, AnInfiniteDerivativeIsNoRoot) {
+  for (const std::size_t count : {1U, 2U, 9U}) {
+    const auto problem = equations(std::vector<Unknown>(count, Unknown{"y"}), [count](Shot& shot) {
+      std::vector<Jet> rows;
+      for (std::size_t i = 0; i < count; ++i) {
+        const Jet& y = shot.unknown(i);
+        rows.push_back((i == 0 ? sqrt(y) : y) - 1.0);
+      }
+      return rows;
+    });
+    Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+    const auto size = static_cast<Eigen::Index>(count);
+    const Located root = locate(shooting, Eigen::VectorXd::Zero(size));
+    EXPECT_EQ(root.termination, Termination::singular_jacobian) << count;
+    EXPECT_FALSE(std::isfinite(root.correction)) << count;
+    EXPECT_FALSE(Locator(shooting).correct(Eigen::VectorXd::Zero(size)).converged()) << count;
+    const Located beside = locate(shooting, Eigen::VectorXd::Constant(size, 0.5));
+    ASSERT_TRUE(beside.converged()) << count;
+    EXPECT_NEAR(beside.y[0], 1.0, 1e-8);
+  }
+}
+
 TEST(Locate, BadOptionsAreRefused) {
   Shooting shooting(free_disk());
   const Eigen::VectorXd start = rough_start(false);

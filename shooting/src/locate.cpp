@@ -195,7 +195,7 @@ class Locator::Search {
     double longest = 0.0;
     for (Eigen::Index i = 0; i < v.size(); ++i) {
       const double part = std::abs(v[i]) / std::max(unknown_scales_[i], std::abs(y_[i]));
-      longest = part <= longest ? longest : part;  // keeps what is not a number
+      if (part > longest || std::isnan(part)) longest = part;  // what is not a number stays
     }
     return longest;
   }
