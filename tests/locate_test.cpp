@@ -170,6 +170,46 @@ TEST(Locate, StaysWithinLimits) {
   EXPECT_GT(least, 0.0);
 }
 
+/// y = `root` by one linear row, with the limit y > 0: every correction is exact, so that only the limit is in its way.
+small::Equations root_at(double root) {
+  return equations({{.name = "y", .lower = 0.0}}, [root](Shot& shot) { return std::vector<Jet>{shot.unknown(0) - root}; });
+}
+
+// However near: a correction that is cut leaves a tenth of the way to the limit and more.
+TEST(Locate, ARootAtOrBeyondALimitIsNone) {
+  for (const double root : {-1.0, -1e-2, -1e-5, -5e-9, 0.0}) {
+    for (const double accuracy : {1e-3, 1e-8}) {
+      const auto problem = root_at(root);
+      const Located found = root_of(problem, 1.0, {.accuracy = accuracy});
+      EXPECT_EQ(found.termination, Termination::stalled) << root << " " << describe(found.termination);
+      EXPECT_GT(found.y[0], 0.0);
+      EXPECT_GE(found.error, found.y[0] - root) << "all that the linear row says is left";
+      Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+      const Located corrected = Locator(shooting, {.accuracy = accuracy}).correct(Eigen::VectorXd::Constant(1, 1e-5));
+      EXPECT_EQ(corrected.termination, Termination::stalled) << root;
+    }
+  }
+  EXPECT_EQ(root_of(root_at(-0.5), -1.0).termination, Termination::stalled) << "the start is beyond the limit as well";
+}
+
+TEST(Locate, ARootNearALimitIsFound) {
+  for (const double root : {1e-5, 1e-8}) {
+    const Located found = root_of(root_at(root), 1.0, {.accuracy = 1e-8});
+    ASSERT_TRUE(found.converged()) << root;
+    EXPECT_NEAR(found.y[0], root, 1e-8);
+    EXPECT_GT(found.y[0], 0.0);
+  }
+}
+
+// Newton's method on 1/y = 1/r jumps beyond the limit from y > 2r, and must come back from there.
+TEST(Locate, ALimitOnTheWayIsNoObstacle) {
+  const auto problem = equations({{.name = "y", .lower = 0.0}},
+                                 [](Shot& shot) { return std::vector<Jet>{1.0 / shot.unknown(0) - 100.0}; });
+  const Located found = root_of(problem, 1.0);
+  ASSERT_TRUE(found.converged()) << describe(found.termination);
+  EXPECT_NEAR(found.y[0], 0.01, 1e-8);
+}
+
 TEST(Locate, FailuresAreValues) {
   const auto none = equations({{"y"}}, [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });
   const Located nowhere = root_of(none, 0.7);
