@@ -138,9 +138,25 @@ TEST(Shooting, ReportsAreMadeWithoutAnotherIntegration) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(later.arcs()[i].quadrature, at_once.arcs()[i].quadrature);
 }
 
-small::Equations equations(std::vector<Unknown> unknowns, small::Equations::RowsOf rows) {
+small::Equations equations(std::vector<Unknown> unknowns, small::Equations::RowsOf rows,
+                           std::vector<Parameter> parameters = {}) {
   std::vector<Row> names(unknowns.size(), Row{"row"});
-  return {std::move(unknowns), std::move(names), std::move(rows)};
+  return {std::move(unknowns), std::move(names), std::move(rows), std::move(parameters)};
+}
+/// The same row for every unknown, of it and a parameter p.
+template <class RowOf>
+small::Equations same_rows(std::size_t count, const Unknown& unknown, RowOf row_of) {
+  const auto rows = [count, row_of](Shot& shot) {
+    std::vector<Jet> all;
+    for (std::size_t i = 0; i < count; ++i) all.push_back(row_of(shot.unknown(i), shot.parameter(0)));
+    return all;
+  };
+  return equations(std::vector<Unknown>(count, unknown), rows, {{"p", "", 1.0}});
+}
+std::vector<Located> roots_along(const small::Equations& problem, double start, const std::vector<double>& values,
+                                 const LocateOptions& options = {}) {
+  Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+  return locate_along(shooting, Eigen::VectorXd::Constant(shooting.size(), start), "p", values, options);
 }
 Located root_of(const small::Equations& problem, double start, const LocateOptions& options = {}) {
   Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
@@ -243,6 +259,21 @@ TEST(Locate, AnInfiniteDerivativeIsNoRoot) {
     const Located beside = locate(shooting, Eigen::VectorXd::Constant(size, 0.5));
     ASSERT_TRUE(beside.converged()) << count;
     EXPECT_NEAR(beside.y[0], 1.0, 1e-8);
+  }
+}
+
+// y = p down to the limit y > 0: by a few unknowns and by many, which have a Newton's method of their own.
+TEST(Locate, APathEndsAtALimit) {
+  std::vector<double> values;
+  for (int i = 0; i <= 20; ++i) values.push_back(0.525 - 0.05 * i);
+  const auto positive = std::count_if(values.begin(), values.end(), [](double value) { return value > 0.0; });
+  for (const std::size_t count : {1U, 9U}) {
+    const auto problem = same_rows(count, {.name = "y", .lower = 0.0}, [](const Jet& y, const Jet& p) { return y - p; });
+    const std::vector<Located> roots = roots_along(problem, 0.5, values);
+    ASSERT_EQ(std::ssize(roots), positive + 1) << count;
+    for (std::size_t i = 0; i + 1 < roots.size(); ++i) EXPECT_TRUE(roots[i].converged()) << values[i];
+    EXPECT_EQ(roots.back().termination, Termination::stalled) << count;
+    EXPECT_GT(roots.back().y.minCoeff(), 0.0);
   }
 }
 
