@@ -138,9 +138,25 @@ TEST(Shooting, ReportsAreMadeWithoutAnotherIntegration) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(later.arcs()[i].quadrature, at_once.arcs()[i].quadrature);
 }
 
-small::Equations equations(std::vector<Unknown> unknowns, small::Equations::RowsOf rows) {
+small::Equations equations(std::vector<Unknown> unknowns, small::Equations::RowsOf rows,
+                           std::vector<Parameter> parameters = {}) {
   std::vector<Row> names(unknowns.size(), Row{"row"});
-  return {std::move(unknowns), std::move(names), std::move(rows)};
+  return {std::move(unknowns), std::move(names), std::move(rows), std::move(parameters)};
+}
+/// The same row for every unknown, of it and a parameter p.
+template <class RowOf>
+small::Equations same_rows(std::size_t count, const Unknown& unknown, RowOf row_of) {
+  const auto rows = [count, row_of](Shot& shot) {
+    std::vector<Jet> all;
+    for (std::size_t i = 0; i < count; ++i) all.push_back(row_of(shot.unknown(i), shot.parameter(0)));
+    return all;
+  };
+  return equations(std::vector<Unknown>(count, unknown), rows, {{"p", "", 1.0}});
+}
+std::vector<Located> roots_along(const small::Equations& problem, double start, const std::vector<double>& values,
+                                 const LocateOptions& options = {}) {
+  Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+  return locate_along(shooting, Eigen::VectorXd::Constant(shooting.size(), start), "p", values, options);
 }
 Located root_of(const small::Equations& problem, double start, const LocateOptions& options = {}) {
   Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
@@ -170,6 +186,46 @@ TEST(Locate, StaysWithinLimits) {
   EXPECT_GT(least, 0.0);
 }
 
+/// y = `root` by one linear row, with the limit y > 0: every correction is exact, so that only the limit is in its way.
+small::Equations root_at(double root) {
+  return equations({{.name = "y", .lower = 0.0}}, [root](Shot& shot) { return std::vector<Jet>{shot.unknown(0) - root}; });
+}
+
+// However near: a correction that is cut leaves a tenth of the way to the limit and more.
+TEST(Locate, ARootAtOrBeyondALimitIsNone) {
+  for (const double root : {-1.0, -1e-2, -1e-5, -5e-9, 0.0}) {
+    for (const double accuracy : {1e-3, 1e-8}) {
+      const auto problem = root_at(root);
+      const Located found = root_of(problem, 1.0, {.accuracy = accuracy});
+      EXPECT_EQ(found.termination, Termination::stalled) << root << " " << describe(found.termination);
+      EXPECT_GT(found.y[0], 0.0);
+      EXPECT_GE(found.error, found.y[0] - root) << "all that the linear row says is left";
+      Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+      const Located corrected = Locator(shooting, {.accuracy = accuracy}).correct(Eigen::VectorXd::Constant(1, 1e-5));
+      EXPECT_EQ(corrected.termination, Termination::stalled) << root;
+    }
+  }
+  EXPECT_EQ(root_of(root_at(-0.5), -1.0).termination, Termination::stalled) << "the start is beyond the limit as well";
+}
+
+TEST(Locate, ARootNearALimitIsFound) {
+  for (const double root : {1e-5, 1e-8}) {
+    const Located found = root_of(root_at(root), 1.0, {.accuracy = 1e-8});
+    ASSERT_TRUE(found.converged()) << root;
+    EXPECT_NEAR(found.y[0], root, 1e-8);
+    EXPECT_GT(found.y[0], 0.0);
+  }
+}
+
+// Newton's method on 1/y = 1/r jumps beyond the limit from y > 2r, and must come back from there.
+TEST(Locate, ALimitOnTheWayIsNoObstacle) {
+  const auto problem = equations({{.name = "y", .lower = 0.0}},
+                                 [](Shot& shot) { return std::vector<Jet>{1.0 / shot.unknown(0) - 100.0}; });
+  const Located found = root_of(problem, 1.0);
+  ASSERT_TRUE(found.converged()) << describe(found.termination);
+  EXPECT_NEAR(found.y[0], 0.01, 1e-8);
+}
+
 TEST(Locate, FailuresAreValues) {
   const auto none = equations({{"y"}}, [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });
   const Located nowhere = root_of(none, 0.7);
@@ -181,6 +237,44 @@ TEST(Locate, FailuresAreValues) {
   const auto flat = equations({{"y"}}, [](Shot& shot) { return std::vector<Jet>{shot.unknown(0) * shot.unknown(0) + 1.0}; });
   EXPECT_EQ(root_of(flat, 0.0).termination, Termination::singular_jacobian);
   EXPECT_EQ(root_of(none, 0.7, {.max_iterations = 1}).termination, Termination::iteration_limit);
+}
+
+// √y has an infinite derivative at 0, where its correction would be −R/∞ = 0, a step that looks like that to a root.
+TEST(Locate, AnInfiniteDerivativeIsNoRoot) {
+  for (const std::size_t count : {1U, 2U, 9U}) {
+    const auto problem = equations(std::vector<Unknown>(count, Unknown{"y"}), [count](Shot& shot) {
+      std::vector<Jet> rows;
+      for (std::size_t i = 0; i < count; ++i) {
+        const Jet& y = shot.unknown(i);
+        rows.push_back((i == 0 ? sqrt(y) : y) - 1.0);
+      }
+      return rows;
+    });
+    Shooting shooting(std::shared_ptr<const Problem>(&problem, [](const Problem*) {}));
+    const auto size = static_cast<Eigen::Index>(count);
+    const Located root = locate(shooting, Eigen::VectorXd::Zero(size));
+    EXPECT_EQ(root.termination, Termination::singular_jacobian) << count;
+    EXPECT_FALSE(std::isfinite(root.correction)) << count;
+    EXPECT_FALSE(Locator(shooting).correct(Eigen::VectorXd::Zero(size)).converged()) << count;
+    const Located beside = locate(shooting, Eigen::VectorXd::Constant(size, 0.5));
+    ASSERT_TRUE(beside.converged()) << count;
+    EXPECT_NEAR(beside.y[0], 1.0, 1e-8);
+  }
+}
+
+// y = p down to the limit y > 0: by a few unknowns and by many, which have a Newton's method of their own.
+TEST(Locate, APathEndsAtALimit) {
+  std::vector<double> values;
+  for (int i = 0; i <= 20; ++i) values.push_back(0.525 - 0.05 * i);
+  const auto positive = std::count_if(values.begin(), values.end(), [](double value) { return value > 0.0; });
+  for (const std::size_t count : {1U, 9U}) {
+    const auto problem = same_rows(count, {.name = "y", .lower = 0.0}, [](const Jet& y, const Jet& p) { return y - p; });
+    const std::vector<Located> roots = roots_along(problem, 0.5, values);
+    ASSERT_EQ(std::ssize(roots), positive + 1) << count;
+    for (std::size_t i = 0; i + 1 < roots.size(); ++i) EXPECT_TRUE(roots[i].converged()) << values[i];
+    EXPECT_EQ(roots.back().termination, Termination::stalled) << count;
+    EXPECT_GT(roots.back().y.minCoeff(), 0.0);
+  }
 }
 
 TEST(Locate, BadOptionsAreRefused) {

@@ -2,14 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace costate {
+
+namespace {
+
+/// Is every derivative of the equations by the unknowns?
+bool finite(const Shooting& shooting, const Shot& shot) {
+  for (Eigen::Index i = 0; i < shooting.size(); ++i) {
+    for (const auto& [column, derivative] : shooting.row(shot, i).gradient()) {
+      if (column < shooting.size() && !std::isfinite(derivative)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
 
 void Factors::decompose(const Shooting& shooting, const Shot& shot, const Eigen::VectorXd& row_scales,
                         const Eigen::VectorXd& unknown_scales) {
   if (!small(shooting)) {
     size_ = 0;
     large_.emplace(shooting.decompose(shot));
+    large_finite_ = finite(shooting, shot);
     large_row_scales_ = row_scales;
     large_unknown_scales_ = unknown_scales;
     return;
@@ -49,7 +65,9 @@ void Factors::eliminate(const Eigen::VectorXd& row_scales, const Eigen::VectorXd
     if (best != k) {
       for (Eigen::Index j = 0; j < n; ++j) std::swap(entry(k, j), entry(best, j));
     }
-    const double inverse = 1.0 / entry(k, k);
+    // The inverse of an infinite pivot would be 0, and so would what is solved for.
+    const double pivot = entry(k, k);
+    const double inverse = std::isfinite(pivot) ? 1.0 / pivot : std::numeric_limits<double>::quiet_NaN();
     for (Eigen::Index i = k + 1; i < n; ++i) {
       const double factor = entry(i, k) *= inverse;
       for (Eigen::Index j = k + 1; j < n; ++j) entry(i, j) -= factor * entry(k, j);
@@ -61,6 +79,7 @@ void Factors::eliminate(const Eigen::VectorXd& row_scales, const Eigen::VectorXd
 void Factors::correction(const Eigen::VectorXd& r, Eigen::VectorXd& x) const {
   if (large_) {
     x = -large_->solve(r);
+    if (!large_finite_) x.setConstant(std::numeric_limits<double>::quiet_NaN());
     return;
   }
   const auto entry = [&](Eigen::Index i, Eigen::Index j) { return lu_[static_cast<std::size_t>(i * size_ + j)]; };

@@ -21,7 +21,7 @@ class Factors {
   void decompose(const Eigen::VectorXd& entries, const Eigen::VectorXd& row_scales, const Eigen::VectorXd& unknown_scales);
   [[nodiscard]] static bool small(const Shooting& shooting) { return shooting.size() <= most && shooting.cuts().empty(); }
   [[nodiscard]] bool known() const { return size_ > 0 || large_; }
-  /// x = −J⁻¹ r. Not finite if J is singular.
+  /// x = −J⁻¹ r. Not finite if J is singular or itself not finite.
   void correction(const Eigen::VectorXd& r, Eigen::VectorXd& x) const;
   /// By how much unknowns move, in their scales, if every row is off by its scale: the norm ‖D_c⁻¹J⁻¹D_r‖∞, or of a large system what
   /// is seen of it where all rows are off alike.
@@ -37,6 +37,7 @@ class Factors {
   std::array<double, most> row_scales_{}, unknown_scales_{};
   std::array<Eigen::Index, most> pivot_{};
   std::optional<Staircase> large_;
+  bool large_finite_ = true;  ///< is what was decomposed?
   Eigen::VectorXd large_row_scales_, large_unknown_scales_;
 };
 

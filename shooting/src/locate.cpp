@@ -57,9 +57,14 @@ class Locator::Search {
       if (!std::isfinite(length_)) return ended(Termination::singular_jacobian);
       constexpr double near = 0.3;
       if (length_ <= near) weigh();
+      const bool cut = bounds_.share(y_, step_) < 1.0;
       if (tolerance_ <= last_tolerance_ && enough(contraction_ * length_ * length_)) {
-        apply(1.0, step_);
-        return ended(Termination::converged);
+        if (!cut) {
+          apply(step_);
+          return ended(Termination::converged);
+        }
+        // The root is at a limit or beyond, or inside by less than can be told.
+        if (length_ <= margin * options_.accuracy) return stalled();
       }
       switch (advance()) {
         case Step::taken: break;
@@ -68,7 +73,7 @@ class Locator::Search {
           if (tolerance_ <= last_tolerance_) {
             constexpr double noise = 1e-3;
             result_.error = length_;
-            if (length_ <= noise) return ended(Termination::small_step);
+            if (length_ <= noise && !cut) return ended(Termination::small_step);
             return ended(left_ ? Termination::left_domain : Termination::stalled);
           }
           constexpr double tighter = 1e-3;  // looseness may be what is in the way
@@ -95,6 +100,7 @@ class Locator::Search {
       factors_.correction(trial_, step_);
       length_ = length(step_);
       if (!std::isfinite(length_)) return ended(Termination::singular_jacobian);
+      if (bounds_.share(y_, step_) < 1.0) return stalled();
       if (before > 0.0 && length_ > 0.5 * before) {
         result_.error = length_;
         return ended(length_ <= options_.accuracy ? Termination::small_step : Termination::stalled);
@@ -105,7 +111,7 @@ class Locator::Search {
       }
       // The error that a Jacobian from here leaves is of second order; an older one's is of first.
       const double error = chord ? rate * length_ : contraction_ * length_ * length_;
-      apply(1.0, step_);
+      apply(step_);
       if (enough(error)) return ended(Termination::converged);
       before = length_;
     }
@@ -134,7 +140,15 @@ class Locator::Search {
     left_ = false;
   }
 
+  Located stalled() {
+    result_.error = length_;
+    return ended(Termination::stalled);
+  }
+
   Located ended(Termination termination) {
+    // A start beyond a limit may have led to a root there.
+    const bool within = (y_.array() > bounds_.lower.array() && y_.array() < bounds_.upper.array()).all();
+    if (termination == Termination::converged && !within) termination = Termination::stalled;
     Located located = std::move(result_);
     result_ = {};
     located.termination = termination;
@@ -195,7 +209,7 @@ class Locator::Search {
     double longest = 0.0;
     for (Eigen::Index i = 0; i < v.size(); ++i) {
       const double part = std::abs(v[i]) / std::max(unknown_scales_[i], std::abs(y_[i]));
-      longest = part <= longest ? longest : part;  // keeps what is not a number
+      if (part > longest || std::isnan(part)) longest = part;  // what is not a number stays
     }
     return longest;
   }
@@ -213,9 +227,12 @@ class Locator::Search {
     return 2.0 * contraction_ * distance(y) + factor_tolerance_;
   }
 
-  void apply(double damping, const Eigen::VectorXd& step) {
-    y_ += damping * bounds_.share(y_, step) * step;
+  /// The share of the step that limits leave.
+  double apply(const Eigen::VectorXd& step) {
+    const double share = bounds_.share(y_, step);
+    y_ += share * step;
     ++result_.iterations;
+    return share;
   }
 
   /// From y along the correction, to where the next one is shorter; evaluated there, if it is not the last.
@@ -258,8 +275,8 @@ class Locator::Search {
       if (!chord) return Step::taken;
       length_ = next_length;
       const double error = (2.0 * contraction_ * length(step_) + factor_tolerance_) * next_length;
-      apply(1.0, simplified_);
-      if (enough(error)) return Step::last;
+      const bool whole = apply(simplified_) == 1.0;
+      if (enough(error) && whole) return Step::last;
       return evaluate(y_, true) ? Step::taken : Step::none;
     }
     tolerance_ = present;

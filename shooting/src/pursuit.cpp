@@ -1,6 +1,7 @@
 /// Roots along a parameter.
 #include "curve.hpp"
 #include "factors.hpp"
+#include "newton.hpp"
 
 #include <costate/error.hpp>
 #include <costate/shooting/locate.hpp>
@@ -80,6 +81,7 @@ class Pursuit {
         parameters_(shooting.parameters()),
         row_scales_(shooting.row_scales()),
         unknown_scales_(shooting.unknown_scales()),
+        bounds_(Bounds::of(shooting)),
         residual_(shooting.size()),
         entries_(shooting.size() * shooting.size()) {}
 
@@ -92,7 +94,11 @@ class Pursuit {
     const Eigen::VectorXd last = y_;
     move_to(value);
     y_ = roots_(value);
-    Located root = Factors::small(shooting_) ? correct(value) : locator_.correct(y_);
+    // A prediction beyond a limit would not see it.
+    step_ = y_ - last;
+    Located root;
+    root.termination = Termination::stalled;
+    if (bounds_.share(last, step_) == 1.0) root = Factors::small(shooting_) ? correct(value) : locator_.correct(y_);
     if (!root.converged()) {
       // The curve is not as smooth as that: what was learnt of it is forgotten.
       roots_.clear();
@@ -134,7 +140,7 @@ class Pursuit {
         }
         factors_.correction(residual_, step_);
         root.correction = length(step_);
-        if (!(root.correction <= 0.5 * previous)) break;
+        if (!(root.correction < 0.5 * previous) || bounds_.share(y_, step_) < 1.0) break;
         if (!first && !exact) rate = std::max(rate, root.correction / previous);
         // What a Jacobian leaves that was exact where the correction starts: the curvature is as large as it was found to be.
         if (exact) rate = curvature_ * root.correction;
@@ -202,7 +208,7 @@ class Pursuit {
     for (Eigen::Index i = 0; i < residual_.size(); ++i) residual_[i] = shooting_.row(shot, i).value;
   }
   [[nodiscard]] double length(const Eigen::VectorXd& v) const {
-    return v.cwiseQuotient(unknown_scales_.cwiseMax(y_.cwiseAbs())).cwiseAbs().maxCoeff();
+    return v.cwiseQuotient(unknown_scales_.cwiseMax(y_.cwiseAbs())).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
   }
 
   static constexpr std::size_t least_known = 3;  ///< Jacobians, before one is extrapolated
@@ -214,7 +220,9 @@ class Pursuit {
   Locator locator_;
   std::size_t place_;
   std::vector<double> parameters_;
-  Eigen::VectorXd row_scales_, unknown_scales_, residual_, entries_, y_, step_, column_;
+  Eigen::VectorXd row_scales_, unknown_scales_;
+  Bounds bounds_;
+  Eigen::VectorXd residual_, entries_, y_, step_, column_;
   Extrapolation roots_{8}, jacobians_{4};
   Factors factors_;
   int spacing_ = 2, since_ = 0;  ///< points from one known Jacobian to the next

@@ -44,8 +44,9 @@ struct Located {
 };
 
 /// Looks for roots of one shooting, whose arcs are cut or not; the largest of |yⱼ| / max(scaleⱼ, |yⱼ|) is the length of y. Limits of
-/// the unknowns are not crossed: a step that would is cut to nine tenths of the way. All memory is kept, and with up to eight unknowns
-/// and whole arcs none is allocated from the second root on, but for what is returned.
+/// the unknowns are not crossed: a step that would is cut to nine tenths of the way, and a search that only a limit keeps from a root
+/// has `stalled`; so has one that led to a root at or beyond a limit from a start there. All memory is kept, and with up to eight
+/// unknowns and whole arcs none is allocated from the second root on, but for what is returned.
 class Locator {
  public:
   /// The shooting must outlive the locator, and is left with flow options of its choice.
@@ -57,7 +58,7 @@ class Locator {
   /// \throws BadInput for a start of the wrong size or with a value that is not finite
   [[nodiscard]] Located find(const Eigen::Ref<const Eigen::VectorXd>& start);
   /// From a prediction: at the last tolerance at once, and by the Jacobian of the root before as long as that does. Ends with `stalled`
-  /// where corrections do not contract: find() may succeed.
+  /// where corrections do not contract or would cross a limit: find() may succeed.
   [[nodiscard]] Located correct(const Eigen::Ref<const Eigen::VectorXd>& prediction);
 
  private:
