@@ -118,6 +118,25 @@ TEST_P(EveryEngine, FollowsAParameter) {
   EXPECT_LT(integrations, 2 * std::ssize(roots));
 }
 
+// Points so far apart that a Jacobian extrapolated from those before is of little use: each is held against Newton's correction by an integration
+// of its own, which doubles the error at most where it is small. Adams' errors add up to some ten times the tolerance.
+TEST_P(EveryEngine, LongStepsOfAParameterLeadToRootsToo) {
+  constexpr double accuracy = 1e-9;
+  Shooting shooting(free_disk()), judge(free_disk());
+  judge.set_flow_options({.tolerance = {1e-14, 1e-14}, .method = Method::runge_kutta});
+  std::vector<double> places;
+  for (int i = 0; i <= 20; ++i) places.push_back(1.0 + 0.2 * i);
+  const std::vector<Located> roots = locate_along(shooting, rough_start(false), "x", places, options(accuracy));
+  ASSERT_EQ(roots.size(), places.size());
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    ASSERT_TRUE(roots[i].converged()) << places[i];
+    std::vector<double> parameters = judge.parameters();
+    parameters[0] = places[i];
+    judge.set_parameters(parameters);
+    EXPECT_LE(judge.correction(roots[i].y), 10.0 * accuracy * std::max(1.0, roots[i].y.cwiseAbs().maxCoeff())) << places[i];
+  }
+}
+
 TEST(Shooting, ReportsAreMadeWithoutAnotherIntegration) {
   Shooting shooting(limited_disk()), other(limited_disk());
   const Eigen::VectorXd y = rough_start(true);

@@ -138,7 +138,7 @@ TEST(MultipleShooting, LayersOfAnyStrength) {
 
 // The first integral decides: the slope s = y'(0) fulfils 1 = ∫₀¹ dy/√(s² + 2cosh(μy) − 2), and y'(1)² = s² + 2cosh μ − 2.
 TEST(MultipleShooting, TroeschWhereSingleShootingFails) {
-  const double mu = 9.0;
+  const double mu = 10.0;
   const Solution single = solve(troesch(mu), {.accuracy = 1e-8, .multiple = false});
   EXPECT_FALSE(single.solved());
   const Solution s = solve(troesch(mu), {.accuracy = 1e-8});

@@ -180,9 +180,9 @@ Tracer::Incident Tracer::locate_zero(const CurvePoint& next, std::size_t guard) 
 /// What the place of an event is known to, from locating it with looser and with tighter integrations: what that has changed, what Newton's
 /// method left over, and rounding.
 double Tracer::bound_from(const CurvePoint& loose, const CurvePoint& tight) const {
-  // The last correction is one sample of what rounding does: the next may be some times as large.
+  // Where both are as tight as doubles allow, change and correction are samples of what rounding does: the next may be some times as large.
   constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon(), margin = 3.0;
-  return std::abs(curve_->parameter(tight.u) - curve_->parameter(loose.u)) + margin * tight.parameter_correction +
+  return margin * (std::abs(curve_->parameter(tight.u) - curve_->parameter(loose.u)) + tight.parameter_correction) +
          rounding * std::abs(curve_->parameter(tight.u));
 }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace costate {
 
@@ -19,7 +20,19 @@ class Extrapolation {
  public:
   explicit Extrapolation(std::size_t most) : most_(most) {}
 
+  /// Is there a point here, or too near for a difference of values to tell a slope?
+  [[nodiscard]] bool knows(double at) const {
+    constexpr double too_near = 1e-6;  // of the distance to the farthest
+    double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
+    for (std::size_t k = 0; k < count_; ++k) {
+      nearest = std::min(nearest, std::abs(at - at_[k]));
+      farthest = std::max(farthest, std::abs(at - at_[k]));
+    }
+    return nearest <= too_near * farthest;
+  }
+  /// A point where one is known is left out.
   void add(double at, const Eigen::VectorXd& value) {
+    if (knows(at)) return;
     difference_ = value;
     if (differences_.rows() != value.size()) differences_.resize(value.size(), static_cast<Eigen::Index>(most_));
     count_ = std::min(count_ + 1, most_);
@@ -177,7 +190,8 @@ class Pursuit {
         if (column < n) entries_[i * n + column] = derivative;
       }
     }
-    if (jacobians_.count() >= least_known) {
+    // At a place that is known an extrapolation is no test of what it is worth elsewhere.
+    if (jacobians_.count() >= least_known && !jacobians_.knows(value)) {
       constexpr double poor = 0.03, good = 0.003;
       const double quality = discrepancy(jacobians_(value));
       if (quality > poor) spacing_ = std::max(1, spacing_ / 2);
