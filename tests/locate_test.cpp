@@ -277,6 +277,23 @@ TEST(Locate, APathEndsAtALimit) {
   }
 }
 
+// A polynomial has no two values at one place. A value given again is met by its root: one evaluation confirms it.
+TEST(Locate, ValuesMayBeGivenAgain) {
+  const std::vector<double> values{1.0, 1.1, 1.1, 1.2, 1.2, 1.2, 1.2 + 1e-15, 1.3, 1.2, 1.1};
+  for (const std::size_t count : {1U, 9U}) {
+    const auto problem = same_rows(count, {"y"}, [](const Jet& y, const Jet& p) { return y * y - p; });
+    const std::vector<Located> roots = roots_along(problem, 1.0, values);
+    ASSERT_EQ(roots.size(), values.size());
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      ASSERT_TRUE(roots[i].converged()) << i;
+      EXPECT_NEAR(roots[i].y[0], std::sqrt(values[i]), 1e-8 * 1.2);
+      if (i > 0 && values[i] == values[i - 1]) {
+        EXPECT_EQ(roots[i].iterations, 1) << count << " " << i;
+      }
+    }
+  }
+}
+
 TEST(Locate, BadOptionsAreRefused) {
   Shooting shooting(free_disk());
   const Eigen::VectorXd start = rough_start(false);

@@ -19,7 +19,15 @@ class Extrapolation {
  public:
   explicit Extrapolation(std::size_t most) : most_(most) {}
 
+  /// A point at the place of another, or too near to it for a difference of values to tell a slope, is left out.
   void add(double at, const Eigen::VectorXd& value) {
+    constexpr double too_near = 1e-6;  // of the distance to the farthest
+    double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
+    for (std::size_t k = 0; k < count_; ++k) {
+      nearest = std::min(nearest, std::abs(at - at_[k]));
+      farthest = std::max(farthest, std::abs(at - at_[k]));
+    }
+    if (nearest <= too_near * farthest) return;
     difference_ = value;
     if (differences_.rows() != value.size()) differences_.resize(value.size(), static_cast<Eigen::Index>(most_));
     count_ = std::min(count_ + 1, most_);
