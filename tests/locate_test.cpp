@@ -296,6 +296,41 @@ TEST(Locate, APathEndsAtALimit) {
   }
 }
 
+// y = √p bends more and more towards the fold at 0, and nothing is integrated: whatever a root is off by is Newton's method's. Here an
+// extrapolated Jacobian is a good deal worse a few points after it was last compared with the true one.
+TEST(Locate, EveryRootAlongABendIsAccurate) {
+  const auto problem = same_rows(1, {"y"}, [](const Jet& y, const Jet& p) { return y * y - p; });
+  for (const double accuracy : {1e-3, 1e-6, 1e-8, 1e-10}) {
+    for (const int count : {10, 20, 40, 80}) {
+      std::vector<double> values;
+      for (int i = 0; 10 * i <= 9 * count; ++i) values.push_back(1.0 - static_cast<double>(i) / count);
+      const std::vector<Located> roots = roots_along(problem, 1.0, values, {.accuracy = accuracy});
+      ASSERT_EQ(roots.size(), values.size());
+      for (std::size_t i = 0; i < roots.size(); ++i) {
+        ASSERT_TRUE(roots[i].converged());
+        EXPECT_NEAR(roots[i].y[0], std::sqrt(values[i]), accuracy) << count << " points, p = " << values[i];
+      }
+    }
+  }
+}
+
+// A polynomial has no two values at one place. A value given again is met by its root: one evaluation confirms it.
+TEST(Locate, ValuesMayBeGivenAgain) {
+  const std::vector<double> values{1.0, 1.1, 1.1, 1.2, 1.2, 1.2, 1.2 + 1e-15, 1.3, 1.2, 1.1};
+  for (const std::size_t count : {1U, 9U}) {
+    const auto problem = same_rows(count, {"y"}, [](const Jet& y, const Jet& p) { return y * y - p; });
+    const std::vector<Located> roots = roots_along(problem, 1.0, values);
+    ASSERT_EQ(roots.size(), values.size());
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      ASSERT_TRUE(roots[i].converged()) << i;
+      EXPECT_NEAR(roots[i].y[0], std::sqrt(values[i]), 1e-8 * 1.2);
+      if (i > 0 && values[i] == values[i - 1]) {
+        EXPECT_EQ(roots[i].iterations, 1) << count << " " << i;
+      }
+    }
+  }
+}
+
 TEST(Locate, BadOptionsAreRefused) {
   Shooting shooting(free_disk());
   const Eigen::VectorXd start = rough_start(false);

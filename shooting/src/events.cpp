@@ -286,7 +286,8 @@ Tracer::Step Tracer::approach(const Incident& zero) {
   step_ = part * std::min(step_, std::max(0.0, zero.s));
   if (distance > close && step_ > options_.smallest_step) return Step::goes_on;
   record(zero, EventKind::limit);
-  branch_.events.back().error_bound += distance * curve_->parameter_scale();
+  // Nor is the place known better than steps are cut to.
+  branch_.events.back().error_bound += std::max(distance, close) * curve_->parameter_scale();
   return end(fmt::format("{} vanishes, and no structure was found with which the branch goes on",
                          zero.point->shot->guards()[zero.guard].name));
 }
