@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 
 namespace costate {
 
@@ -20,19 +19,15 @@ class Extrapolation {
  public:
   explicit Extrapolation(std::size_t most) : most_(most) {}
 
-  /// Is there a point here, or too near for a difference of values to tell a slope?
-  [[nodiscard]] bool knows(double at) const {
+  /// A point at the place of another, or too near to it for a difference of values to tell a slope, is left out.
+  void add(double at, const Eigen::VectorXd& value) {
     constexpr double too_near = 1e-6;  // of the distance to the farthest
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
     for (std::size_t k = 0; k < count_; ++k) {
       nearest = std::min(nearest, std::abs(at - at_[k]));
       farthest = std::max(farthest, std::abs(at - at_[k]));
     }
-    return nearest <= too_near * farthest;
-  }
-  /// A point where one is known is left out.
-  void add(double at, const Eigen::VectorXd& value) {
-    if (knows(at)) return;
+    if (nearest <= too_near * farthest) return;
     difference_ = value;
     if (differences_.rows() != value.size()) differences_.resize(value.size(), static_cast<Eigen::Index>(most_));
     count_ = std::min(count_ + 1, most_);
@@ -54,22 +49,30 @@ class Extrapolation {
   /// The value at a place, by the polynomial of the degree whose last term is least. \pre there is a point
   const Eigen::VectorXd& operator()(double at) {
     best_ = sum_ = differences_.col(0);
+    doubt_.setConstant(sum_.size(), std::numeric_limits<double>::infinity());
+    term_.resize(sum_.size());
     double least = std::numeric_limits<double>::infinity(), product = 1.0;
+    std::size_t degree = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       product *= at - at_[k - 1];
       const double* difference = differences_.col(static_cast<Eigen::Index>(k)).data();
       double largest = 0.0;
       for (Eigen::Index i = 0; i < sum_.size(); ++i) {
-        const double term = product * difference[i];
-        sum_[i] += term;
-        largest = std::max(largest, std::abs(term));
+        term_[i] = product * difference[i];
+        sum_[i] += term_[i];
+        largest = std::max(largest, std::abs(term_[i]));
       }
-      if (!(largest < least)) continue;
+      const bool less = largest < least;
+      if (less || k == degree + 1) doubt_ = term_;
+      if (!less) continue;
       least = largest;
       best_ = sum_;
+      degree = k;
     }
     return best_;
   }
+  /// What the last value may be off by: the first term that is left out, or if none is known the last that is not. Infinite from one point.
+  [[nodiscard]] const Eigen::VectorXd& doubt() const { return doubt_; }
 
  private:
   static constexpr std::size_t room = 8;
@@ -77,7 +80,7 @@ class Extrapolation {
   std::size_t most_;  ///< points kept, at most the room there is
   std::array<double, room> at_{};
   Eigen::MatrixXd differences_;  ///< f[x₀ … xₖ] in column k
-  Eigen::VectorXd difference_, sum_, best_;
+  Eigen::VectorXd difference_, sum_, best_, term_, doubt_;
   std::size_t count_ = 0;
 };
 
@@ -143,21 +146,31 @@ class Pursuit {
     Located root{.termination = Termination::stalled, .y = y_, .tolerance = tolerance_};
     bool exact = jacobians_.count() < least_known || since_ >= spacing_ || !(rate_ <= slowest);
     double rate = rate_, previous = std::numeric_limits<double>::infinity();
+    if (!exact) {
+      // What the last extrapolation was worth says little of a longer one, or one into a bend.
+      const double doubt = extrapolate(value);
+      exact = !(doubt <= slowest);
+      rate = std::max(rate, doubt);
+    }
+    bool second_order = exact;  // of the error that the last correction has left
     try {
       for (bool first = true; root.iterations < most_corrections; first = false) {
         if (exact) {
           differentiate(value);
         } else {
           shoot(shooting_.values(y_, Extent::equations));
-          if (first) factors_.decompose(jacobians_(value), row_scales_, unknown_scales_);
         }
         factors_.correction(residual_, step_);
         root.correction = length(step_);
         if (!(root.correction < 0.5 * previous) || bounds_.share(y_, step_) < 1.0) break;
-        if (!first && !exact) rate = std::max(rate, root.correction / previous);
-        // What a Jacobian leaves that was exact where the correction starts: the curvature is as large as it was found to be.
+        if (!first && root.correction > 3.0 * tolerance_) {
+          if (second_order) curvature_ = std::max(curvature_, root.correction / (previous * previous));
+          if (!exact) rate = std::max(rate, root.correction / previous);
+        }
+        // Where the Jacobian was exact what is left is of second order: the curvature is as large as it was found to be.
+        second_order = exact;
+        const double error = ((exact ? 0.0 : rate) + curvature_ * root.correction) * root.correction;
         if (exact) rate = curvature_ * root.correction;
-        const double error = rate * root.correction;
         y_ += step_;
         ++root.iterations;
         if (error <= margin * options_.accuracy) {
@@ -190,10 +203,11 @@ class Pursuit {
         if (column < n) entries_[i * n + column] = derivative;
       }
     }
-    // At a place that is known an extrapolation is no test of what it is worth elsewhere.
-    if (jacobians_.count() >= least_known && !jacobians_.knows(value)) {
+    if (jacobians_.count() >= least_known) {
       constexpr double poor = 0.03, good = 0.003;
-      const double quality = discrepancy(jacobians_(value));
+      const Eigen::VectorXd& extrapolated = jacobians_(value);
+      factors_.decompose(extrapolated, row_scales_, unknown_scales_);
+      const double quality = relative(entries_ - extrapolated);
       if (quality > poor) spacing_ = std::max(1, spacing_ / 2);
       if (quality < good) spacing_ = std::min(widest, 2 * spacing_);
       rate_ = 2.0 * quality;
@@ -203,19 +217,24 @@ class Pursuit {
     since_ = 0;
   }
 
-  /// ‖J̃⁻¹J − I‖ of an extrapolated J̃: the rate at which its corrections contract.
-  double discrepancy(const Eigen::VectorXd& extrapolated) {
+  /// Decomposes an extrapolated Jacobian J̃. At which rate its corrections contract if it is as wrong as is to be feared.
+  double extrapolate(double value) {
+    factors_.decompose(jacobians_(value), row_scales_, unknown_scales_);
+    return relative(jacobians_.doubt());
+  }
+
+  /// ‖J̃⁻¹E‖ of the J̃ decomposed last and an E: with E = J − J̃ the rate at which corrections by J̃ contract.
+  double relative(const Eigen::VectorXd& e) {
     const Eigen::Index n = y_.size();
-    factors_.decompose(extrapolated, row_scales_, unknown_scales_);
-    double largest = 0.0;
     column_.resize(n);
+    sums_.setZero(n);
     for (Eigen::Index j = 0; j < n; ++j) {
-      for (Eigen::Index i = 0; i < n; ++i) column_[i] = entries_[i * n + j] * unknown_scales_[j];
+      const double unit = std::max(unknown_scales_[j], std::abs(y_[j]));
+      for (Eigen::Index i = 0; i < n; ++i) column_[i] = e[i * n + j] * unit;
       factors_.correction(column_, step_);
-      step_[j] += unknown_scales_[j];
-      largest = std::max(largest, step_.cwiseQuotient(unknown_scales_).cwiseAbs().maxCoeff());
+      sums_ += step_.cwiseAbs();
     }
-    return static_cast<double>(n) * largest;
+    return length(sums_);
   }
 
   void shoot(const Shot& shot) {
@@ -227,8 +246,6 @@ class Pursuit {
 
   static constexpr std::size_t least_known = 3;  ///< Jacobians, before one is extrapolated
   static constexpr int most_corrections = 6, widest = 10;
-  static constexpr double curvature_ = 2.0;  ///< of R, in scaled unknowns: corrections here are short
-
   Shooting& shooting_;
   LocateOptions options_;
   Locator locator_;
@@ -236,11 +253,12 @@ class Pursuit {
   std::vector<double> parameters_;
   Eigen::VectorXd row_scales_, unknown_scales_;
   Bounds bounds_;
-  Eigen::VectorXd residual_, entries_, y_, step_, column_;
+  Eigen::VectorXd residual_, entries_, y_, step_, column_, sums_;
   Extrapolation roots_{8}, jacobians_{4};
   Factors factors_;
   int spacing_ = 2, since_ = 0;  ///< points from one known Jacobian to the next
   double tolerance_ = 0.0;       ///< of the integrations: what it was for the last root that was searched for
+  double curvature_ = 2.0;       ///< of R, in the unknowns' units of length: the largest seen
   double rate_ = std::numeric_limits<double>::infinity();
 };
 
