@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace costate {
 
@@ -19,15 +20,19 @@ class Extrapolation {
  public:
   explicit Extrapolation(std::size_t most) : most_(most) {}
 
-  /// A point at the place of another, or too near to it for a difference of values to tell a slope, is left out.
-  void add(double at, const Eigen::VectorXd& value) {
+  /// Is there a point here, or too near for a difference of values to tell a slope?
+  [[nodiscard]] bool knows(double at) const {
     constexpr double too_near = 1e-6;  // of the distance to the farthest
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
     for (std::size_t k = 0; k < count_; ++k) {
       nearest = std::min(nearest, std::abs(at - at_[k]));
       farthest = std::max(farthest, std::abs(at - at_[k]));
     }
-    if (nearest <= too_near * farthest) return;
+    return nearest <= too_near * farthest;
+  }
+  /// A point where one is known is left out.
+  void add(double at, const Eigen::VectorXd& value) {
+    if (knows(at)) return;
     difference_ = value;
     if (differences_.rows() != value.size()) differences_.resize(value.size(), static_cast<Eigen::Index>(most_));
     count_ = std::min(count_ + 1, most_);
@@ -203,7 +208,8 @@ class Pursuit {
         if (column < n) entries_[i * n + column] = derivative;
       }
     }
-    if (jacobians_.count() >= least_known) {
+    // At a place that is known an extrapolation is no test of what it is worth elsewhere.
+    if (jacobians_.count() >= least_known && !jacobians_.knows(value)) {
       constexpr double poor = 0.03, good = 0.003;
       const Eigen::VectorXd& extrapolated = jacobians_(value);
       factors_.decompose(extrapolated, row_scales_, unknown_scales_);
@@ -246,6 +252,7 @@ class Pursuit {
 
   static constexpr std::size_t least_known = 3;  ///< Jacobians, before one is extrapolated
   static constexpr int most_corrections = 6, widest = 10;
+
   Shooting& shooting_;
   LocateOptions options_;
   Locator locator_;
