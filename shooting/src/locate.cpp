@@ -1,8 +1,8 @@
 #include "factors.hpp"
+#include "locating.hpp"
 #include "newton.hpp"
 
 #include <costate/error.hpp>
-#include <costate/shooting/locate.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -167,10 +167,7 @@ class Locator::Search {
 
   void set_tolerance(double tolerance) {
     tolerance_ = tolerance;
-    shooting_.set_flow_options({.tolerance = {.relative = tolerance, .absolute = tolerance},
-                                .method = options_.method,
-                                .max_steps = options_.max_steps,
-                                .longest_step = options_.longest_step});
+    shooting_.set_flow_options(flow_options(options_, tolerance));
   }
 
   /// Near a root the Jacobian tells what error of an integration does.
@@ -186,12 +183,8 @@ class Locator::Search {
     try {
       const Shot& shot = differentiated ? shooting_.evaluate(y, {}, Extent::equations)
                                         : shooting_.values(y, Extent::equations);
-      bool finite = true;
-      for (Eigen::Index i = 0; i < trial_.size(); ++i) {
-        trial_[i] = shooting_.row(shot, i).value;
-        finite = finite && std::isfinite(trial_[i]);
-      }
-      return finite;
+      read_residual(shooting_, shot, trial_);
+      return trial_.allFinite();
     } catch (const LeftDomain& failure) {
       result_.message = failure.what();
       return false;
@@ -205,21 +198,10 @@ class Locator::Search {
     factor_tolerance_ = tolerance_;
   }
 
-  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
-    double longest = 0.0;
-    for (Eigen::Index i = 0; i < v.size(); ++i) {
-      const double part = std::abs(v[i]) / std::max(unknown_scales_[i], std::abs(y_[i]));
-      if (part > longest || std::isnan(part)) longest = part;  // what is not a number stays
-    }
-    return longest;
-  }
+  [[nodiscard]] double length(const Eigen::VectorXd& v) const { return scaled_length(v, unknown_scales_, y_); }
   /// From where the Jacobian is known.
   [[nodiscard]] double distance(const Eigen::VectorXd& y) const {
-    double longest = 0.0;
-    for (Eigen::Index i = 0; i < y.size(); ++i) {
-      longest = std::max(longest, std::abs(y[i] - factor_point_[i]) / std::max(unknown_scales_[i], std::abs(y_[i])));
-    }
-    return longest;
+    return scaled_length(y - factor_point_, unknown_scales_, y_);
   }
   /// At which corrections by the known Jacobian contract at y; infinite if there is none.
   [[nodiscard]] double known_rate(const Eigen::VectorXd& y) const {
@@ -254,11 +236,7 @@ class Locator::Search {
       }
       factors_.correction(trial_, simplified_);
       const double next_length = length(simplified_);
-      double curvature = 0.0;
-      for (Eigen::Index i = 0; i < step_.size(); ++i) {
-        const double part = std::abs(simplified_[i] - (1.0 - damping) * step_[i]);
-        curvature = std::max(curvature, part / std::max(unknown_scales_[i], std::abs(y_[i])));
-      }
+      const double curvature = scaled_length(simplified_ - (1.0 - damping) * step_, unknown_scales_, y_);
       if (!(next_length <= (1.0 - 0.25 * damping) * length_)) {
         const double corrected = 0.5 * damping * damping * length_ / curvature;
         damping = std::min(std::isfinite(corrected) ? corrected : 0.0, 0.5 * damping);

@@ -1,10 +1,10 @@
 /// Roots along a parameter.
 #include "curve.hpp"
 #include "factors.hpp"
+#include "locating.hpp"
 #include "newton.hpp"
 
 #include <costate/error.hpp>
-#include <costate/shooting/locate.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -143,10 +143,7 @@ class Pursuit {
 
   Located correct(double value) {
     constexpr double margin = 0.25, slowest = 0.3;
-    shooting_.set_flow_options({.tolerance = {.relative = tolerance_, .absolute = tolerance_},
-                                .method = options_.method,
-                                .max_steps = options_.max_steps,
-                                .longest_step = options_.longest_step});
+    shooting_.set_flow_options(flow_options(options_, tolerance_));
     const Statistics before = shooting_.statistics();
     Located root{.termination = Termination::stalled, .y = y_, .tolerance = tolerance_};
     bool exact = jacobians_.count() < least_known || since_ >= spacing_ || !(rate_ <= slowest);
@@ -243,12 +240,8 @@ class Pursuit {
     return length(sums_);
   }
 
-  void shoot(const Shot& shot) {
-    for (Eigen::Index i = 0; i < residual_.size(); ++i) residual_[i] = shooting_.row(shot, i).value;
-  }
-  [[nodiscard]] double length(const Eigen::VectorXd& v) const {
-    return v.cwiseQuotient(unknown_scales_.cwiseMax(y_.cwiseAbs())).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
-  }
+  void shoot(const Shot& shot) { read_residual(shooting_, shot, residual_); }
+  [[nodiscard]] double length(const Eigen::VectorXd& v) const { return scaled_length(v, unknown_scales_, y_); }
 
   static constexpr std::size_t least_known = 3;  ///< Jacobians, before one is extrapolated
   static constexpr int most_corrections = 6, widest = 10;
