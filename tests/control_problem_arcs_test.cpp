@@ -1,4 +1,6 @@
 // Singular arcs, constraints, laws of the user's own: problems in a page, against closed forms and published values.
+#include "direct_problems.hpp"
+
 #include <costate/control_problem.hpp>
 #include <costate/shooting/solve.hpp>
 
@@ -19,19 +21,6 @@ Solution solved(const std::shared_ptr<const Problem>& problem, double wanted = a
 void expect_result(const Solution& s, const std::string& name, double value) {
   EXPECT_NEAR(s[name].value, value, accuracy * std::max(1.0, std::abs(value))) << name;
 }
-
-/// x' = v, v' = u, L = u²/2.
-struct DoubleIntegrator {
-  static constexpr int states = 2, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], u[0]};
-  }
-  template <class S>
-  S cost(const Vec<S, 2>&, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return 0.5 * u[0] * u[0];
-  }
-};
 
 /// x(0) = x(1) = 0, v(0) = 1 = −v(1), x ≤ l. Bryson & Ho, §3.11, example 2.
 ControlProblem<DoubleIntegrator> bryson_denham(double limit) {
@@ -70,15 +59,6 @@ TEST(ControlProblem, BrysonDenhamAtATouchPoint) {
   expect_result(s, "lambda_x", -b);
   expect_result(s, "multiplier of height at t1", 2.0 * b);
 }
-
-/// x' = v, v' = u in minimum time.
-struct TimeOptimal {
-  static constexpr int states = 2, cyclic = 1, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], u[0]};
-  }
-};
 
 ControlProblem<TimeOptimal> rest_to_rest(double guess) {
   ControlProblem problem(TimeOptimal{});
@@ -129,19 +109,6 @@ TEST(ControlProblem, BangThenMixedConstraintOnTheSameSide) {
   expect_result(s, "t2", 1.0 / 3.0 - std::log(1.5 * (1.0 - d)) / 1.5);
 }
 
-/// x' = u, L = x².
-struct Turnpike {
-  static constexpr int states = 1, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 1> dynamics(const Vec<S, 1>&, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {u[0]};
-  }
-  template <class S>
-  S cost(const Vec<S, 1>& q, const Vec<S, 1>&, const Vec<S, 0>&) const {
-    return q[0] * q[0];
-  }
-};
-
 // u = −1 until x = 0 at t = 1, x = 0 until 3/2, then u = 1: J = 1/3 + 1/24.
 TEST(ControlProblem, TurnpikeAlongASingularArc) {
   ControlProblem problem(Turnpike{});
@@ -152,15 +119,6 @@ TEST(ControlProblem, TurnpikeAlongASingularArc) {
   expect_result(s, "t2", 1.5);
   expect_result(s, "cost", 0.375);
 }
-
-/// (x, y, vx, vy)' = (vx, vy, a cos u, a sin u).
-struct Thrust {
-  static constexpr int states = 4, cyclic = 2, controls = 1, parameters = 1;
-  template <class S>
-  Vec<S, 4> dynamics(const Vec<S, 4>& q, const Vec<S, 1>& u, const Vec<S, 1>& a) const {
-    return {q[2], q[3], a[0] * cos(u[0]), a[0] * sin(u[0])};
-  }
-};
 
 // Betts, Practical Methods for Optimal Control, 2nd ed., example 4.4.
 ControlProblem<Thrust> linear_tangent_steering() {
@@ -190,21 +148,6 @@ TEST(ControlProblem, LawOfTheUsersOwn) {
   problem.arc("steering", TangentLaw{});
   EXPECT_NEAR(solved(problem.shared())["final_time"].value, 0.554570878334603, accuracy);
 }
-
-/// The rocket of Goddard. r' = v, v' = (u T − D)/m − 1/r², m' = −b T u, D = 310 v² exp(−500 (r − 1)).
-struct Goddard {
-  static constexpr int states = 3, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 3> dynamics(const Vec<S, 3>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    const auto& [r, v, m] = q;
-    const S thrust = 3.5 * u[0], drag = 310.0 * v * v * exp(-500.0 * (r - 1.0));
-    return {v, (thrust - drag) / m - 1.0 / (r * r), -2.0 * thrust};
-  }
-  template <class S>
-  S cost(const Vec<S, 3>&, const Vec<S, 1>&, const Vec<S, 0>&) const {
-    return S(0.0);
-  }
-};
 
 // Published with the tutorial of OptimalControl.jl: λ(0), the height reached and the time it takes. No costate is guessed, and no time
 // but the final one, to a fiftieth.

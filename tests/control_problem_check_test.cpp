@@ -1,4 +1,5 @@
 // Roots of the rows that are no extremals, and what follows for extremals in other units.
+#include "direct_problems.hpp"
 #include "small_problems.hpp"
 
 #include <costate/control_problem.hpp>
@@ -43,15 +44,6 @@ TEST(Check, OfSwitchingFunctionsDoesNotDependOnTheUnitOfTheCost) {
     EXPECT_NEAR(worst(s, "H_u of u at its upper bound"), -1.0, 1e-9) << k;
   }
 }
-
-/// x' = v, v' = u in minimum time.
-struct TimeOptimal {
-  static constexpr int states = 2, cyclic = 1, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], u[0]};
-  }
-};
 
 // One metre from rest to rest at 1 m/s², in units of time of 1 s, 1 ms and 1000 s: T = 2 s.
 TEST(Check, DoesNotDependOnTheUnitOfTime) {
@@ -99,19 +91,6 @@ TEST(Check, OfTheMultiplierOfAStateConstraintOfOrderOne) {
   ASSERT_TRUE(s.solved()) << s.message;
   EXPECT_GE(worst(s, "multiplier of floor"), 0.0);
 }
-
-/// x' = v, v' = u, L = u²/2.
-struct DoubleIntegrator {
-  static constexpr int states = 2, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], u[0]};
-  }
-  template <class S>
-  S cost(const Vec<S, 2>&, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return 0.5 * u[0] * u[0];
-  }
-};
 
 // Φ = −a v(T) − 2 x(T), x ≤ 1/5. Along x = 1/5 to the end μ(T) = λ_v(T) = a must vanish: with a > 0 it pays to dip and come back.
 TEST(Check, OfAnEndOnAStateConstraintOfOrderTwo) {

@@ -1,4 +1,6 @@
 // Optimal-control problems stated in a page, against closed forms.
+#include "direct_problems.hpp"
+
 #include <costate/control_problem.hpp>
 #include <costate/shooting/solve.hpp>
 
@@ -6,28 +8,6 @@
 
 namespace costate {
 namespace {
-
-/// x' = v, v' = u, L = u²/2.
-struct DoubleIntegrator {
-  static constexpr int states = 2, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], u[0]};
-  }
-  template <class S>
-  S cost(const Vec<S, 2>&, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return 0.5 * u[0] * u[0];
-  }
-};
-
-/// The same in minimum time, with the position cyclic.
-struct TimeOptimal {
-  static constexpr int states = 2, cyclic = 1, controls = 1, parameters = 0;
-  template <class S>
-  Vec<S, 2> dynamics(const Vec<S, 2>& q, const Vec<S, 1>& u, const Vec<S, 0>&) const {
-    return {q[1], u[0]};
-  }
-};
 
 constexpr double accuracy = 1e-10;
 

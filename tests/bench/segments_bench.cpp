@@ -1,6 +1,7 @@
 /// Cost of multiple shooting for one arc cut into more and more segments: per segment it should not depend on their number.
 /// Prints medians of the thread's CPU time, in microseconds per segment; first of the linear algebra alone, then of Newton steps of a
 /// whole problem, whose arc is as many units long as it has segments, and the memory that the problem has taken.
+#include "median.hpp"
 #include "staircase.hpp"
 
 #include <costate/shooting/solve.hpp>
@@ -13,20 +14,6 @@
 
 namespace costate {
 namespace {
-
-/// Median over repetitions of about 0.2 s in all, at least 5.
-template <class Work>
-double median_seconds(const Work& work) {
-  std::vector<double> times;
-  for (double total = 0.0; total < 0.2 || times.size() < 5; total += times.back()) {
-    const double begin = thread_seconds();
-    work();
-    times.push_back(thread_seconds() - begin);
-  }
-  const auto middle = times.begin() + std::ssize(times) / 2;
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
-}
 
 /// An arc of `segments` segments of `size` states that starts at the first unknowns; all rows depend on the border too.
 std::vector<Jet::Gradient> chain(int border, int segments, int size) {
@@ -99,7 +86,7 @@ void newton_steps(int segments) {
     shooting.factorise(y);
     shooting.solve(shooting.residual(shooting.evaluate(y)), step);
   };
-  const double each = median_seconds(newton) * 1e6 / segments;
+  const double each = bench::median_seconds(newton, 0.2) * 1e6 / segments;
   const double bytes = static_cast<double>(mallinfo2().uordblks - before) / segments;
   fmt::print("{:>9} {:>16.2f} {:>16.0f}\n", segments, each, bytes);
 }
@@ -118,9 +105,9 @@ int main() {
       const Staircase staircase(rows, layout, ones, ones);
       const double each = 1e6 / segments;
       fmt::print("{:>6} {:>9} {:>12.3f} {:>12.3f} {:>12.3f}\n", size, segments,
-                 each * median_seconds([&] { Staircase(rows, layout, ones, ones); }),
-                 each * median_seconds([&] { return staircase.solve(ones); }),
-                 each * median_seconds([&] { return staircase.condition(); }));
+                 each * bench::median_seconds([&] { Staircase(rows, layout, ones, ones); }, 0.2),
+                 each * bench::median_seconds([&] { return staircase.solve(ones); }, 0.2),
+                 each * bench::median_seconds([&] { return staircase.condition(); }, 0.2));
     }
   fmt::print("\n{:>9} {:>16} {:>16}\n", "segments", "Newton step, us", "memory, bytes");
   for (int segments = 10; segments <= 640; segments *= 2) newton_steps(segments);

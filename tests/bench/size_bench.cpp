@@ -1,6 +1,8 @@
 /// Cost against size: a chain of n/2 masses between walls, held by springs and pushed one by one, comes to rest with least effort, n = 2 … 200
 /// states. Prints medians of the thread's CPU time for an evaluation of the shooting function with all n directions, of which the
 /// integration, Newton's linear system and the rest, then for a whole root, and the exponents of time in n.
+#include "median.hpp"
+
 #include <costate/shooting/locate.hpp>
 #include <costate/shooting/solve.hpp>
 
@@ -121,21 +123,6 @@ class Rest final : public Problem {
   Chain chain_;
 };
 
-/// Median over repetitions of about 0.1 s in all, at least 5.
-template <class Work>
-double median_seconds(const Work& work) {
-  std::vector<double> times;
-  work();
-  for (double total = 0.0; total < 0.1 || times.size() < 5; total += times.back()) {
-    const double begin = thread_seconds();
-    work();
-    times.push_back(thread_seconds() - begin);
-  }
-  const auto middle = times.begin() + std::ssize(times) / 2;
-  std::nth_element(times.begin(), middle, times.end());
-  return *middle;
-}
-
 struct Times {
   double integration = 0.0, algebra = 0.0, evaluation = 0.0, root = 0.0;
   long steps = 0;
@@ -158,24 +145,28 @@ Times measure(int n, Method method) {
     if (i < n / 2) start[static_cast<std::size_t>(i) * width] = Rest::displacement(i);
   }
   Flow flow(problem->field(), options);
-  t.integration = median_seconds([&] { flow.advance(0.0, 1.0, start, {}, n); });
+  t.integration = bench::median_seconds([&] { flow.advance(0.0, 1.0, start, {}, n); }, 0.1);
   t.steps = flow.statistics().steps / flow.statistics().integrations;
 
   Shooting shooting(problem);
   shooting.set_flow_options(options);
   Eigen::VectorXd y = reference, residual(n), x(n);
-  t.evaluation = median_seconds([&] {
-    y[0] += 1e-12;  // a point that is not remembered
-    shooting.evaluate(y);
-  });
-  t.algebra = median_seconds([&] {
-    shooting.factorise(y);
-    shooting.residual(y, residual);
-    shooting.solve(residual, x);
-  });
+  t.evaluation = bench::median_seconds(
+      [&] {
+        y[0] += 1e-12;  // a point that is not remembered
+        shooting.evaluate(y);
+      },
+      0.1);
+  t.algebra = bench::median_seconds(
+      [&] {
+        shooting.factorise(y);
+        shooting.residual(y, residual);
+        shooting.solve(residual, x);
+      },
+      0.1);
   Locator locator(shooting, {.accuracy = accuracy, .method = method});
   Located located;
-  t.root = median_seconds([&] { located = locator.find(Eigen::VectorXd::Zero(n)); });
+  t.root = bench::median_seconds([&] { located = locator.find(Eigen::VectorXd::Zero(n)); }, 0.1);
   t.error = located.converged() ? (located.y - reference).lpNorm<Eigen::Infinity>() : std::nan("");
   return t;
 }
